@@ -24,25 +24,14 @@ from lienumba.integrators.drivers.complementarity import (
 from lienumba.integrators.drivers.event_search import TOUCH
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
-    BILATERAL,
-    CONTACT_NUMBERS,
     FRICTION,
-    KINETIC,
-    KINETIC_EFFORT,
     LEAN,
     OFF,
-    SIZE,
     SLIDE,
-    SPEED,
-    STATIC,
-    STATIC_EFFORT,
     STICK,
     SWITCH_FIRST,
     SWITCH_KIND,
-    SWITCH_MEMORIES,
-    SWITCH_MEMORY,
     SWITCH_ROWS,
-    SWITCH_SHARES,
     SWITCH_TANGENTS,
     UNILATERAL,
     Sizes,
@@ -52,6 +41,7 @@ from lienumba.integrators.layout import (
 STILL = 1e-9  # of the largest speed of a switch so far: what moves no faster than this is at rest
 SLOW = 1e-7  # the same: what slides slower has no direction of its own
 SLIGHT = 1e-9  # of the largest force: what slips or leaves by less does not
+SHARING = 1e3  # times that: what is left of a force that is none where contacts share
 EDGE = 1e-6  # of the most that friction can be
 RESTS, AT_ONCE, SMOOTHLY = 0.0, 1.0, 2.0  # sliding begins: with an acceleration, or where its limit is just reached
 HEADS, CREEPS = 0.01, 0.75  # of `still`: how fast it is made to begin, in the one case and in the other
@@ -105,14 +95,14 @@ def read(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) ->
 @inlined
 def number(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, which: int) -> float:
     """A coefficient of a switch."""
-    return rows[first.change + layout.border_numbers(sizes) + CONTACT_NUMBERS * switch + which, lane]
+    return rows[first.change + layout.border_numbers(sizes) + layout.CONTACT_NUMBERS * switch + which, lane]
 
 
 @inlined
 def touches(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, row: int) -> bool:
     """Whether a contact with this normal row does."""
     gap = rows[first.change + layout.border_gaps(sizes) + row, lane]
-    return gap <= TOUCH * number(rows, first, sizes, lane, switch, SIZE)
+    return gap <= TOUCH * number(rows, first, sizes, lane, switch, layout.SIZE)
 
 
 @apart
@@ -120,12 +110,12 @@ def hasten(rows: Rows, first: Workspace, sizes: Sizes, switches: Integers2, lane
     """The largest speeds of a lane's switches so far, and the forces that give these within their lengths; begins: with
     the run."""
     for s in range(sizes.switches):
-        row, speed = first.change + layout.change_speeds(sizes) + s, number(rows, first, sizes, lane, s, SPEED)
+        row, speed = first.change + layout.change_speeds(sizes) + s, number(rows, first, sizes, lane, s, layout.SPEED)
         speed = speed if begins or speed > rows[row, lane] else rows[row, lane]
         i = switches[s, SWITCH_FIRST]
         alone = rows[first.change + layout.border_alone(sizes) + i, lane]
         gives = max(rows[first.change + layout.border_place(i, i), lane], NOISE * alone)
-        force = speed * speed / (gives * number(rows, first, sizes, lane, s, SIZE)) if gives > 0.0 else np.inf
+        force = speed * speed / (gives * number(rows, first, sizes, lane, s, layout.SIZE)) if gives > 0.0 else np.inf
         rows[row, lane], rows[first.change + layout.change_forces(sizes) + s, lane] = speed, force
 
 
@@ -200,14 +190,14 @@ def _may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
         closed, speed, rest = rows[on + s, lane] != OFF, along(r, s, r.rates), still(rows, first, sizes, lane, s)
         force = rows[first.change + layout.change_forces(sizes) + s, lane]
         p.least[s] = force if force < np.inf else 0.0
-        if kind == BILATERAL and closed:
+        if kind == layout.BILATERAL and closed:
             p.law[s] = float(HOLDS)
         if kind == UNILATERAL and r.rates[row] <= rest and (closed or touches(rows, first, sizes, lane, s, row)):
-            p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, STATIC)
+            p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, layout.STATIC)
             if speed > slow(rows, first, sizes, lane, s):
                 _slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / speed)
         if kind == FRICTION:
-            p.law[s], p.bound[s] = float(BOUNDED), number(rows, first, sizes, lane, s, STATIC_EFFORT)
+            p.law[s], p.bound[s] = float(BOUNDED), number(rows, first, sizes, lane, s, layout.STATIC_EFFORT)
             if speed > rest:
                 _slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / speed)
 
@@ -224,11 +214,11 @@ def _slide(
     if p.law[switch] == BOUNDED:
         row = p.switches[switch, SWITCH_FIRST]
         p.law[switch], p.x[row] = float(FREE), 0.0
-        load = -number(rows, first, sizes, lane, switch, KINETIC_EFFORT) * p.direction[row]
+        load = -number(rows, first, sizes, lane, switch, layout.KINETIC_EFFORT) * p.direction[row]
         for i in range(p.free.size):
             p.free[i] += p.S[i, row] * load
     else:
-        p.law[switch], p.friction[switch] = float(SLIDES), number(rows, first, sizes, lane, switch, KINETIC)
+        p.law[switch], p.friction[switch] = float(SLIDES), number(rows, first, sizes, lane, switch, layout.KINETIC)
 
 
 @apart
@@ -268,7 +258,7 @@ def _begin(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, 
     for s in range(sizes.switches):
         rests = (p.law[s] == PRESSES or p.law[s] == BOUNDED) and p.switches[s, SWITCH_TANGENTS] > 0
         pressed = p.law[s] == BOUNDED or p.x[p.switches[s, SWITCH_FIRST]] > 0.0
-        kinetic = number(rows, first, sizes, lane, s, KINETIC)
+        kinetic = number(rows, first, sizes, lane, s, layout.KINETIC)
         if rests and pressed and p.law[s] == PRESSES and p.friction[s] > kinetic and _slips(r, s, largest):
             p.friction[s], less = kinetic, True
     for s in range(0 if less else sizes.switches):
@@ -279,7 +269,7 @@ def _begin(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, 
             r.begins[s], slid = AT_ONCE, True
         elif p.law[s] == BOUNDED and _fired(rows, first, sizes, lane, s, layout.SLIDES) and _on_edge(r, s):
             _slide(r, rows, first, sizes, lane, s, p.x, -1.0 / along(r, s, p.x))
-            slid = True
+            r.begins[s], slid = SMOOTHLY, True
     return less or slid
 
 
@@ -301,8 +291,10 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
             idle, had = pressed and p.x[row] <= slight, -rows[opens + layout.CONDITIONS * s, lane]
             faint = pressed and p.x[row] <= max(slight, SLIGHT * had)
             pressed = pressed and not (faint and how != OFF and _fired(rows, first, sizes, lane, s, layout.OPENS))
+            pressed = pressed and not (idle and _drawn(r, row))
             how = (float(SLIDE) if p.law[s] == SLIDES or bare else float(STICK)) if pressed else float(OFF)
-            if pressed and not bare and (idle or (how == STICK and _on_edge(r, s))):
+            asked = p.switches[s, layout.SWITCH_SHARES] != 0 and p.x[row] <= slight * SHARING if bare else idle
+            if pressed and (asked or (how == STICK and _on_edge(r, s))):
                 how = float(LEAN)  # for now, those in question
         rows[on + s, lane] = how
     _want(r, rows, first, sizes, lane)
@@ -311,9 +303,12 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
     for s in range(sizes.switches):
         row = p.switches[s, SWITCH_FIRST]
         if rows[on + s, lane] == LEAN:
-            held = _held(r, row) if p.x[row] <= slight else _held(r, row + 1) and _held(r, row + 2)
-            if p.x[row] <= slight:
-                rows[on + s, lane] = float(OFF) if held else float(SLIDE) if p.law[s] == SLIDES else float(STICK)
+            bare = p.switches[s, SWITCH_TANGENTS] == 0
+            idle = bare or p.x[row] <= slight
+            held = _held(r, row) if idle else _held(r, row + 1) and _held(r, row + 2)
+            if idle:
+                slides = bare or p.law[s] == SLIDES
+                rows[on + s, lane] = float(OFF) if held else float(SLIDE) if slides else float(STICK)
             elif not held:
                 rows[on + s, lane] = float(STICK)
                 begins = begins or _fired(rows, first, sizes, lane, s, layout.SLIDES)
@@ -330,10 +325,10 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
         if rows[on + s, lane] >= SLIDE:
             end, speed = row + p.switches[s, SWITCH_ROWS], slow(rows, first, sizes, lane, s)
             for n in range(tangents):
-                memory = first.state + layout.memory_row(sizes) + p.switches[s, SWITCH_MEMORY] + n
+                memory = first.state + layout.memory_row(sizes) + p.switches[s, layout.SWITCH_MEMORY] + n
                 rows[memory, lane] = p.direction[end - tangents + n] * (speed if tangents > 1 else 1.0)
-            for n in range(tangents, p.switches[s, SWITCH_MEMORIES]):
-                memory = p.switches[s, SWITCH_MEMORY] + n
+            for n in range(tangents, p.switches[s, layout.SWITCH_MEMORIES]):
+                memory = p.switches[s, layout.SWITCH_MEMORY] + n
                 measured = rows[first.change + layout.border_memory(sizes) + memory, lane]
                 rows[first.state + layout.memory_row(sizes) + memory, lane] = measured
     return slid
@@ -372,6 +367,19 @@ def heads(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
     return True
 
 
+@apart
+def _drawn(r: Reactions, row: int) -> bool:
+    """Whether what begins to slide smoothly, without an acceleration by which it could be told, opens this row."""
+    p = r.problem
+    for s in range(r.begins.size):
+        end, rate = p.switches[s, SWITCH_FIRST] + p.switches[s, SWITCH_ROWS], 0.0
+        for i in range(end - p.switches[s, SWITCH_TANGENTS], end):
+            rate += p.S[row, i] * p.direction[i]
+        if r.begins[s] == SMOOTHLY and rate > 0.0:
+            return True
+    return False
+
+
 @inlined
 def _held(r: Reactions, row: int) -> bool:
     """Whether rows that are taken say the same as this one."""
@@ -387,10 +395,12 @@ def _want(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
     for s in range(sizes.switches):
         row, how, kind = p.switches[s, SWITCH_FIRST], rows[on + s, lane], p.switches[s, SWITCH_KIND]
         for i in range(row, row + p.switches[s, SWITCH_ROWS]):
-            if kind == BILATERAL and how != OFF:
+            if kind == layout.BILATERAL and how != OFF:
                 r.wanted[i] = float(FIRM)
             if kind == UNILATERAL and how != OFF:
-                normal = float(SHARED) if p.switches[s, SWITCH_SHARES] != 0 else float(BARE)
+                normal = float(SHARED) if p.switches[s, layout.SWITCH_SHARES] != 0 else float(BARE)
+                if how == LEAN and p.switches[s, SWITCH_ROWS] == 1:
+                    normal = float(ASKED)
                 across = float(TANGENT) if how == STICK else float(ASKED) if how == LEAN else -1.0
                 r.wanted[i] = normal if i == row else across
             if kind == FRICTION and how == STICK:
