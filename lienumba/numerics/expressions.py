@@ -80,6 +80,21 @@ class Formula:
         """Whether it is a straight line in t, as it is written; state: the names that vary in time, too."""
         return degree(self._tree, state) == 1
 
+    def is_multiple(self, name: str) -> bool:
+        """Whether it is, as it is written, this name, alone or times plain numbers."""
+
+        def multiple(node: ast.expr) -> bool:
+            match node:
+                case ast.UnaryOp(operand=x):
+                    return multiple(x)
+                case ast.BinOp(left=ast.Constant(), op=ast.Mult(), right=x):
+                    return multiple(x)
+                case ast.BinOp(left=x, op=ast.Mult() | ast.Div(), right=ast.Constant()):
+                    return multiple(x)
+            return dotted(node) == name
+
+        return multiple(self._tree)
+
     @property
     def smooth(self) -> bool:
         """Whether it has, as it is written, neither kinks nor jumps."""

@@ -160,7 +160,7 @@ def _check_changes(ds: xr.Dataset, where: str) -> None:
         if kind not in KIND_OF:
             raise damaged(where, f"change_kind has a value {kind}, which means nothing")
         of, here = "event" if KIND_OF[kind].of_event else "switch", whats[kinds == kind]
-        if not (len(here) == 0 or (here.min() >= 0 and here.max() < ds.sizes.get(of, 0))):
+        if not (here.min() >= 0 and here.max() < ds.sizes.get(of, 0)):
             raise damaged(where, f"change_what is of no {of}")
     if "change_time" in ds and not np.isfinite(ds["change_time"].values[some]).all():
         raise damaged(where, "changes have no times")

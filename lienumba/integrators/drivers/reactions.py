@@ -9,6 +9,7 @@ from lienumba.compiler.lanes import matrix
 from lienumba.compiler.routines.marks import Integers2, apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
+from lienumba.integrators.drivers.acting import fired
 from lienumba.integrators.drivers.complementarity import (
     BOUNDED,
     DEPENDENT,
@@ -165,8 +166,7 @@ def along(r: Reactions, switch: int, x: np.ndarray) -> float:
 @inlined
 def _fired(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, which: int) -> bool:
     """Whether a condition of a switch has become true now."""
-    times = first.conditions + 2 * layout.conditions(sizes) + sizes.events
-    return rows[times + layout.CONDITIONS * switch + which, lane] == rows[first.lanes + layout.T, lane]
+    return fired(sizes, first, rows, lane, sizes.events + layout.CONDITIONS * switch + which)
 
 
 @inlined

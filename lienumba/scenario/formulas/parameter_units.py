@@ -1,10 +1,8 @@
 """The units of parameters, as far as what they stand for says them."""
 
-import ast
 from collections.abc import Mapping
 
 from lienumba.numerics.expressions import Formula
-from lienumba.numerics.grammar import dotted
 from lienumba.scenario.base.paths import Tokens, text_of
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.base.units import units
@@ -25,19 +23,5 @@ def units_of_parameter(name: str, places: Mapping[Tokens, Formula], model: Keys)
     model
         Of the scenario, checked.
     """
-    found = {units(text_of(list(place)), model) for place, x in places.items() if name in x.used and _alone(x, name)}
+    found = {units(text_of(list(place)), model) for place, x in places.items() if x.is_multiple(name)}
     return next(iter(found)) if len(found) == 1 else UNKNOWN
-
-
-def _alone(formula: Formula, name: str) -> bool:
-    def alone(node: ast.expr) -> bool:
-        match node:
-            case ast.UnaryOp(operand=x):
-                return alone(x)
-            case ast.BinOp(left=ast.Constant(), op=ast.Mult(), right=x):
-                return alone(x)
-            case ast.BinOp(left=x, op=ast.Mult() | ast.Div(), right=ast.Constant()):
-                return alone(x)
-        return dotted(node) == name
-
-    return alone(ast.parse(formula.text.strip(), mode="eval").body)
