@@ -149,8 +149,11 @@ def sift(
     sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int, length: float
 ) -> None:
     """Of the events that are to act, what happens first in a step of this length: at one time what comes within
-    rounding of it; PAST is the time of what does nothing then."""
-    times, acts = first.conditions + 2 * layout.conditions(sizes), False
+    rounding of it; PAST is the time of what does nothing then, as all does where the run ends at that time."""
+    times, acts, stop = first.conditions + 2 * layout.conditions(sizes), False, NEVER
+    for event in range(sizes.events):
+        if plan.stops[event] != 0:
+            stop = min(stop, rows[times + event, lane])
     while not acts:
         earliest = NEVER
         for event in range(sizes.events):
@@ -159,12 +162,14 @@ def sift(
                 earliest = min(earliest, time)
         if earliest == NEVER:
             return
+        rounding = AT_ONCE * max(length, earliest)
+        ends = max(stop - earliest, earliest - stop) <= rounding
         for event in range(sizes.events):
             time = rows[times + event, lane]
-            at_once = time != PAST and time - earliest <= AT_ONCE * max(length, earliest)
+            at_once = time != PAST and time - earliest <= rounding
             if plan.acts[event, ACTION] != RECORDS and at_once:
                 rows[times + event, lane] = earliest
-                if _useful(sizes, first, rows, runs, queue, plan, lane, event):
+                if not ends and _useful(sizes, first, rows, runs, queue, plan, lane, event):
                     acts = True
                 else:
                     rows[times + event, lane] = PAST

@@ -4,7 +4,7 @@ what is observed."""
 import numpy as np
 
 from lienumba.compiler.lanes import Lanes, Mask, any_lane, call, choose, load, splat, store
-from lienumba.compiler.routines.marks import apart
+from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
@@ -32,20 +32,26 @@ def _keep(
             keep(lane, rows, first, sizes, runs, queue, outputs, source, projected)
 
 
+@inlined
+def pending(at: Workspace, good: Mask, until: Lanes, latest: Lanes) -> Mask:
+    """In which of the lanes `good` something is due that the open step does not end with: it is left at `until`, and
+    what is due up to `latest` is seen before that."""
+    due, end = load(at.lanes, DUE), load(at.lanes, UNTIL)
+    return good & (due <= latest) & ((due < end) | (until < end) | (end < due))
+
+
 @apart
 def keep_between(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
-    queue: Queue, outputs: np.ndarray, good: Mask, t: Lanes, length: Lanes, until: Lanes,
+    queue: Queue, outputs: np.ndarray, good: Mask, t: Lanes, length: Lanes, until: Lanes, latest: Lanes,
 ) -> None:  # fmt: skip
-    """Store what is due within the open step in the lanes `good`, up to `until` and with it."""
-    due, end = load(at.lanes, DUE), load(at.lanes, UNTIL)
-    stages.extend(kernels, sizes, nodes, at, t, length, end)
-    pending = good & (due <= until) & (due < end)
-    while any_lane(pending):
-        between(kernels, at, (due - t) / length)
-        _keep(at, first, sizes, rows, runs, queue, outputs, pending, first.now, False)
-        due = load(at.lanes, DUE)
-        pending = good & (due <= until) & (due < end)
+    """Store what is `pending` in the open step."""
+    stages.extend(kernels, sizes, nodes, at, t, length, load(at.lanes, UNTIL))
+    left = pending(at, good, until, latest)
+    while any_lane(left):
+        between(kernels, at, (load(at.lanes, DUE) - t) / length)
+        _keep(at, first, sizes, rows, runs, queue, outputs, left, first.now, False)
+        left = pending(at, good, until, latest)
 
 
 @apart

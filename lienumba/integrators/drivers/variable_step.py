@@ -12,8 +12,9 @@ from lienumba.compiler.routines.marks import Floats1, Integers1, Integers2, apar
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
+from lienumba.integrators.drivers.acting import AT_ONCE
 from lienumba.integrators.drivers.changes import change
-from lienumba.integrators.drivers.dense_output import keep_between, keep_ends, observe
+from lienumba.integrators.drivers.dense_output import keep_between, keep_ends, observe, pending
 from lienumba.integrators.drivers.event_search import read_off
 from lienumba.integrators.drivers.events import find_events, leave, start_events
 from lienumba.integrators.drivers.implicit import forget, shorten, solve_stages, straddle
@@ -61,6 +62,7 @@ from lienumba.integrators.layout import (
     T,
     Workspace,
 )  # fmt: skip
+from lienumba.numerics.operations import maximum
 
 WEAK = 1e-4  # margin of a step that begins or ends near a singular position
 LOST = 1e-12  # of one that ends so near to it that the branch is noise to implicit stages
@@ -287,10 +289,10 @@ def drive(
             )
         if sizes.kept > 0 and any_lane(good):
             measure(kernels, sizes, nodes, at, first, rows, plan, good, t, length, until)
-        due, end = load(lanes, DUE), load(lanes, UNTIL)
-        if any_lane(good & (due <= until) & (due < end)):
-            keep_between(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until)
-        if any_lane(good & (left < end)):
+        latest = choose(load(lanes, CHANGED) != 0.0, until + AT_ONCE * maximum(length, until), until)
+        if any_lane(pending(at, good, until, latest)):
+            keep_between(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until, latest)
+        if any_lane(good & (left < load(lanes, UNTIL))):
             read_off(kernels, sizes, nodes, at, t, length, left)
         _move(kernels, sizes, at, good, left, table, pace)
         leave(sizes, at, left, good)
@@ -299,7 +301,7 @@ def drive(
             store(at.clock, layout.TIME, load(lanes, T))
             _end_on_discontinuity(kernels, sizes, at, first, rows, runs, queue, reached)
         due = load(lanes, DUE)
-        ended = good & (due == load(lanes, T)) & (due == end)
+        ended = good & (due == load(lanes, T)) & (due == load(lanes, UNTIL))
         if any_lane(ended):
             keep_ends(at, first, sizes, rows, runs, queue, outputs, ended)
         if layout.conditions(sizes) > 0 and any_lane(load(lanes, CHANGED) != 0.0):

@@ -58,13 +58,41 @@ def test_stored_states_at_a_change_are_those_before_it_and_the_last_one_that_beh
     assert abs(ds.energy_residual).max() < 1e-12
 
 
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
+def test_that_is_so_where_times_are_equal_up_to_rounding(method: str) -> None:
+    """Walls are hit at the times that are stored, as a search finds them, on either side."""
+    body = {"name": "body", "mass": 1, "inertia": [1] * 3, "position": [0] * 3, "rotation": [1, 0, 0, 0]}
+    body |= scenarios.AT_REST | {"velocity": [1, 0, 0]}
+    wall = {"name": "wall", "type": "point_plane", "bodies": ["body", "ground"], "points": [[0] * 3, [1, 0, 0]]}
+    wall |= {"normal": [-1, 0, 0], "restitution": 0.5}
+    times = np.arange(61) * (1 / 60)
+    ds = lienumba.run({
+        "model": {"gravity": [0] * 3, "bodies": [body], "contacts": [wall]},
+        "integrator": scenarios.settings(1.0, 1e-9, method=method), "output": {"times": times.tolist()},
+        "sweep": scenarios.table({"contacts.wall.points[1][0]": times[1:-1].tolist()}),
+    })  # fmt: skip
+    np.testing.assert_allclose(ds.change_time[:, 0], times[1:-1], rtol=1e-14)
+    assert (ds.change_time[:, 0].values < times[1:-1]).any()
+    before = np.arange(61) <= np.arange(1, 60)[:, None]
+    np.testing.assert_allclose(ds.velocity[..., 0, 0], np.where(before, 1.0, -0.5), rtol=0, atol=1e-12)
+
+
 def test_an_event_that_ends_the_run_goes_first() -> None:
+    """What acts does not happen then, nor is it counted: beside what ends the run, at the start, and caused with it."""
     together = [event("catch", "t > 0.2", "lock"), event("enough", "t > 0.2", "stop")]
     ds = lienumba.run(slide(0.4, together)).isel(run=0)
-    assert (int(ds.changes), float(ds.end_time)) == (0, 0.2)
+    assert (int(ds.changes), float(ds.end_time), ds.event_count.values.tolist()) == (0, 0.2, [0, 1])
+    falls = [event("catch", "rail.speed < -1", "lock"), event("enough", "rail.speed < -1", "stop")]
+    ds = lienumba.run(slide(0.4, falls)).isel(run=0)
+    assert (int(ds.changes), ds.event_count.values.tolist()) == (0, [0, 1])
+    at_once = [event("catch", "t >= 0", "lock"), event("seen", "t >= 0", "record"), event("enough", "t >= 0", "stop")]
+    ds = lienumba.run(slide(0.4, at_once)).isel(run=0)
+    assert (int(ds.changes), float(ds.end_time), ds.event_count.values.tolist()) == (0, 0.0, [0, 1, 1])
+    assert np.isnan(ds.event_time[0])
     caused = [event("catch", "t > 0.2", "lock"), event("enough", "rail.speed > -1 and t > 0.15", "stop")]
+    caused.append(event("free", "rail.speed > -1 and t > 0.15", "unlock"))
     ds = lienumba.run(slide(0.4, caused)).isel(run=0)
-    assert (int(ds.changes), float(ds.end_time)) == (1, 0.2)
+    assert (int(ds.changes), float(ds.end_time), ds.event_count.values.tolist()) == (1, 0.2, [1, 1, 0])
 
 
 def test_once_is_once() -> None:

