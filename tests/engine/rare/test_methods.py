@@ -56,9 +56,16 @@ def test_subset_simulation_holds_what_its_interval_says(case: str) -> None:
 @pytest.mark.parametrize("case", ["plane", "curved", "two sides"])
 def test_importance_sampling_holds_what_its_interval_says(case: str) -> None:
     found, p = repeated("importance", case, 6000), CASES[case][2]
-    assert np.mean([x.low <= p <= x.high for x in found]) > 0.86
+    assert np.mean([x.low <= p <= x.high for x in found]) > 0.96
     assert np.mean([x.probability for x in found]) == pytest.approx(p, rel=0.015)
     assert max(x.runs for x in found) <= 20_000
+
+
+@pytest.mark.parametrize("case", ["plane", "many inputs", "two sides"])
+def test_planes_are_sampled_along_their_normals(case: str) -> None:
+    """A Latin hypercube leaves nothing to chance along its axes; independent runs scatter by 3 %."""
+    found, p = repeated("importance", case, 1000), CASES[case][2]
+    np.testing.assert_allclose([x.probability for x in found], p, rtol=5e-3)
 
 
 def test_form_is_exact_for_planes() -> None:
