@@ -2,7 +2,7 @@
 happens at one time each event sees what those before it have done. What only lets go is done here, too."""
 
 from lienumba.compiler.lanes import Mask, choose, load, splat, store
-from lienumba.compiler.routines.marks import apart, inlined
+from lienumba.compiler.routines.marks import Integers2, apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
@@ -72,6 +72,12 @@ def follow_one(sizes: Sizes, first: Workspace, rows: Rows, lane: int, event: int
 def fired(sizes: Sizes, first: Workspace, rows: Rows, lane: int, condition: int) -> bool:
     """Whether a condition has become true now."""
     return rows[first.conditions + 2 * layout.conditions(sizes) + condition, lane] == rows[first.lanes + T, lane]
+
+
+@inlined
+def used(sizes: Sizes, first: Workspace, rows: Rows, switches: Integers2, lane: int, switch: int) -> bool:
+    """Whether the first row of a switch is in use: no others hold it."""
+    return rows[first.state + layout.mask_row(sizes) + switches[switch, SWITCH_FIRST], lane] != 0.0
 
 
 @inlined

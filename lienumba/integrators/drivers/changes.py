@@ -24,6 +24,7 @@ from lienumba.integrators.drivers.acting import (
     pass_over,
     sift,
     turns,
+    used,
 )  # fmt: skip
 from lienumba.integrators.drivers.event_search import TOUCH
 from lienumba.integrators.drivers.events import SLIGHT, note
@@ -431,7 +432,7 @@ def _decided(sizes: Sizes, first: Workspace, rows: Rows, lane: int, condition: i
 
 @inlined
 def _rounding(
-    sizes: Sizes, first: Workspace, rows: Rows, lane: int, condition: int, force: float, old: float
+    sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, condition: int, force: float, old: float
 ) -> float:  # fmt: skip
     """What a condition of a switch, that was `old` before a change, may be by rounding behind it, in its own unit;
     force: that of what is closed (N). A gap that is open may be so far below 0 that its contact touches, at a time that
@@ -439,7 +440,10 @@ def _rounding(
     switch = condition // layout.CONDITIONS
     mode = rows[first.state + layout.on_row(sizes) + switch, lane]
     if condition % layout.CONDITIONS == layout.SLIDES:
-        return force if mode == STICK else SLIGHT * rows[first.change + layout.change_speeds(sizes) + switch, lane]
+        dry = plan.switches[switch, SWITCH_KIND] == FRICTION
+        held = dry and not used(sizes, first, rows, plan.switches, lane, switch)
+        speed = SLIGHT * rows[first.change + layout.change_speeds(sizes) + switch, lane]
+        return force if mode == STICK and not held else speed
     return TOUCH if mode == OFF else max(force, reactions.SLIGHT * -old)
 
 
@@ -463,7 +467,7 @@ def _renew(
         if now:
             new = max(new, HOLDS)
         if n >= sizes.events and _decided(sizes, first, rows, lane, n - sizes.events):
-            least = _rounding(sizes, first, rows, lane, n - sizes.events, noise, old)
+            least = _rounding(sizes, first, rows, plan, lane, n - sizes.events, noise, old)
             new = new if new > least else min(new, 0.0)
         if n < sizes.events:
             follow_one(sizes, first, rows, lane, n, new)

@@ -18,6 +18,7 @@ from lienumba.integrators.layout import (
     CHANGED,
     CUT,
     FRESH,
+    FRICTION,
     JUMP,
     NEAR,
     OFF,
@@ -27,6 +28,7 @@ from lienumba.integrators.layout import (
     SLIDES,
     STATUS,
     STICK,
+    SWITCH_FIRST,
     SWITCH_KIND,
     UNTIL,
     Sizes,
@@ -36,6 +38,7 @@ from lienumba.integrators.layout import (
 from lienumba.numerics.operations import absolute, minimum
 
 SLIGHT = 1e-12  # of the largest normal force, of the largest speed so far, of a length: what is less is 0
+SOON = 2.0**-14  # of a run: in a step that is longer nothing is carried along unnoticed
 BEHIND = 1.0 + 2.0**-49  # of a time: later by rounding
 
 
@@ -110,14 +113,37 @@ def _acts(sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Qu
 
 
 @inlined
-def _noise(sizes: Sizes, at: Workspace, force: Lanes, condition: int) -> Lanes:
+def _carried(sizes: Sizes, at: Workspace, plan: Plan, condition: int) -> Mask:
+    """In which lanes a condition of a switch is how fast others move what sticks in a joint that they hold: the motion
+    goes on as it is, and between the ends of a step there is no more than the error of its extension to be seen."""
+    switch = condition // layout.CONDITIONS
+    on, mask = layout.on_row(sizes) + switch, layout.mask_row(sizes) + plan.switches[switch, SWITCH_FIRST]
+    dry = plan.switches[switch, SWITCH_KIND] == FRICTION and condition % layout.CONDITIONS == SLIDES
+    return (splat(1.0 if dry else 0.0) != 0.0) & (load(at.new, on) == STICK) & (load(at.new, mask) == 0.0)
+
+
+@inlined
+def _carries(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -> bool:
+    """Whether at the end of the open step others move what sticks in a joint that they hold."""
+    times, some = first.conditions + 2 * layout.conditions(sizes) + sizes.events + SLIDES, False
+    for s in range(sizes.switches):
+        mask = first.new + layout.mask_row(sizes) + plan.switches[s, SWITCH_FIRST]
+        held = rows[first.new + layout.on_row(sizes) + s, lane] == STICK and rows[mask, lane] == 0.0
+        found = rows[times + layout.CONDITIONS * s, lane] < NEVER
+        some = some or (found and held and plan.switches[s, SWITCH_KIND] == FRICTION)
+    return some
+
+
+@inlined
+def _noise(sizes: Sizes, at: Workspace, plan: Plan, force: Lanes, condition: int) -> Lanes:
     """What a condition of a switch may be by rounding at the end of the open step, in its own unit: a force, a rate, or
     a part of a length; force: that of what is closed (N). An open gap may be further below 0 where what it lies between
     comes apart, or rests: it has been hit already."""
     switch, rates = condition // layout.CONDITIONS, layout.conditions(sizes) + sizes.events + SLIDES - OPENS
     mode, speed = load(at.new, layout.on_row(sizes) + switch), load(at.change, layout.change_speeds(sizes) + switch)
     if condition % layout.CONDITIONS == SLIDES:
-        return choose(mode == STICK, force, SLIGHT * speed)
+        slow = choose(mode == STICK, force, SLIGHT * speed)
+        return choose(_carried(sizes, at, plan, condition), SLIGHT * speed, slow)
     parts = load(at.conditions, rates + condition) >= -STILL * speed
     return choose(mode != OFF, force, choose(parts, splat(TOUCH), splat(SLIGHT)))
 
@@ -150,10 +176,12 @@ def _see(
             store(times, n, splat(NEVER))
             continue
         if n >= sizes.events:  # what is noise now is not true, whatever is noise at the end of the next step
-            least = _noise(sizes, at, noise, n - sizes.events)
+            least = _noise(sizes, at, plan, noise, n - sizes.events)
             store(new, n, choose(load(new, n) > least, load(new, n), minimum(load(new, n), splat(0.0))))
         turned = good & (load(new, n) > 0.0) & (choose(load(at.conditions, n) > 0.0, 1.0, 0.0) == 0.0)
         time = choose(turned, splat(SOUGHT), splat(NEVER))
+        if n >= sizes.events:
+            time = choose(turned & _carried(sizes, at, plan, n - sizes.events), until, time)
         if n < sizes.events and any_lane(jumps):
             behind = load(at.following, n)
             passed = jumps & (load(new, n) <= 0.0) & (load(at.conditions, n) <= 0.0) & (behind > 0.0)
@@ -205,6 +233,12 @@ def find_events(
             leaves = min(stop, change)
             if inside:
                 rows[first.lanes + CUT, lane], leaves = change + LATER * step, -1.0
+            elif (
+                step > SOON * end
+                and leaves == rows[first.lanes + UNTIL, lane]
+                and _carries(sizes, first, rows, plan, lane)
+            ):
+                rows[first.lanes + CUT, lane], leaves = leaves - 0.5 * step, -1.0
             else:
                 pass_over(sizes, first, rows, lane)
                 note(sizes, first, rows, runs, queue, lane, leaves)

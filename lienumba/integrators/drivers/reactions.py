@@ -9,7 +9,7 @@ from lienumba.compiler.lanes import matrix
 from lienumba.compiler.routines.marks import Integers2, apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.acting import fired
+from lienumba.integrators.drivers.acting import fired, used
 from lienumba.integrators.drivers.complementarity import (
     BOUNDED,
     DEPENDENT,
@@ -198,7 +198,8 @@ def _may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
                 _slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / speed)
         if kind == FRICTION:
             p.law[s], p.bound[s] = float(BOUNDED), number(rows, first, sizes, lane, s, layout.STATIC_EFFORT)
-            if speed > rest:
+            carried = rows[on + s, lane] == STICK and not used(sizes, first, rows, p.switches, lane, s)
+            if speed > (0.0 if carried and _fired(rows, first, sizes, lane, s, layout.SLIDES) else rest):
                 _slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / speed)
 
 
@@ -228,7 +229,10 @@ def _slips(r: Reactions, switch: int, largest: float) -> bool:
     end = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
     for i in range(end - p.switches[switch, SWITCH_TANGENTS], end):
         scale += p.S[i, i]
-    return along(r, switch, p.rates) > SLIGHT * largest * scale
+    least = SLIGHT * largest * scale
+    if p.law[switch] == BOUNDED:  # the acceleration of what nothing can move is rounding
+        least = max(least, r.least[end - 1] * p.bound[switch])
+    return along(r, switch, p.rates) > least
 
 
 @apart

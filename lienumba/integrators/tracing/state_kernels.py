@@ -58,6 +58,7 @@ def sample(tracer: Tracer) -> Kernel:
 def events(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
     posture, mask = tracer.now(graph, model)
+    used = tracer.augmented.mask(tracer.augmented_rows(graph), tracer.structure.rows)
     asked = [x for event in model.events for x in (event.when, *event.numbers)]
     read = [name for x in asked if reads_state(x) for name in x.quantities]
     observed = _observed(tracer, graph, model, posture, mask)[0] if _reads_observed(model, read) else None
@@ -67,7 +68,7 @@ def events(tracer: Tracer) -> Kernel:
         multipliers = tracer.moving(model, posture, mask, expected)[1].multipliers
         turns = any(switch.tangents > 1 for switch in tracer.augmented.switches)
         accelerations = tracer.observed(model, posture, mask, expected)[0] if turns else []
-        outputs += turning.conditions(model, posture.now, multipliers, accelerations)
+        outputs += turning.conditions(model, posture.now, multipliers, accelerations, used)
         pushing = turning.pushing(model, posture.now, multipliers)
     else:
         outputs += [0.0] * (layout.CONDITIONS * len(tracer.augmented.switches))
@@ -77,7 +78,6 @@ def events(tracer: Tracer) -> Kernel:
     outputs += [quantities.evaluate(model, x, everything, observed) for x in values]
     if values:
         outputs += dynamics.energies(model, posture.now)
-    used = tracer.augmented.mask(tracer.augmented_rows(graph), tracer.structure.rows)
     parting = turning.parting(model, posture.now, used)
     return tracer.kernel("events", outputs + [x + y for x, y in zip(pushing, parting, strict=True)])
 

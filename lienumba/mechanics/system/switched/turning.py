@@ -17,6 +17,7 @@ from lienumba.numerics.operations import absolute, maximum, minimum, sqrt, where
 NEVER = (0.0, 0.0)
 NEGLIGIBLE = 1e-12
 ROUNDING = 1e-9  # of the speeds of bodies
+FAINT = 1e-3  # of the speed that friction gives bodies that nothing holds
 ENDS = 5e-10  # of the speed that gravity gives within a length: what slides slower may have come to rest
 BRAKED = 0.01  # of gravity: what is braked by more ends by itself, if it goes
 BEGUN = 1e-4  # of gravity: what grows by more has begun
@@ -24,13 +25,19 @@ STRAIGHT = 10.0  # times as much along as across
 TURNED = 0.5  # the cotangent of the angle by which sliding turns before its direction is kept anew
 
 
-def conditions(model: Model, now: Instant, multipliers: Sequence[Number], accelerations: Sequence[Number]) -> list[Any]:
+def conditions(
+    model: Model, now: Instant, multipliers: Sequence[Number], accelerations: Sequence[Number], mask: Sequence[Number]
+) -> list[Any]:
     """Two numbers of each switch, true where above 0. The first: what is closed is pulled, what is open overlaps. The
-    second: what sticks is pushed by more than it holds, what slides slides back or creeps, what is open opens further
-    (m/s); of what leans nothing. Gaps are relative to their lengths. accelerations: of all bodies (6 k)."""
+    second: what sticks is pushed by more than it holds, or, where others hold it, moved by these (m/s or rad/s), what
+    slides slides back or creeps, what is open opens further (m/s); of what leans nothing. Gaps are relative to their
+    lengths. accelerations: of all bodies (6 k); mask: of all rows of C."""
     first, lengths = constraints.permanent_rows(model), scales.lengths(model, now)
     gaps, rates = constraints.residual(model, now)[first:], constraints.rates(model, now)[first:]
-    everything = kinematics.still(now, tuple(range(len(model.bodies))))
+    everything, speeds = (
+        kinematics.still(now, tuple(range(len(model.bodies)))),
+        constraints.sizes(model, now)[2][first:],
+    )
     found: list[Any] = []
     for switch in switches_of(model):
         if switch.what in (JOINT, LOCK):
@@ -45,6 +52,10 @@ def conditions(model: Model, now: Instant, multipliers: Sequence[Number], accele
             creeps = _creeps(model, now, lengths[switch.first], rates[own][tangents], rows, accelerations)
             back = maximum(back, creeps)
         pushed = laws.length(reactions[tangents]) - _holds(model, switch, now, reactions)
+        if switch.what == FRICTION:
+            fast = maximum(speeds[switch.first], _alone(model, switch, now, lengths[switch.first]))
+            moved = absolute(rates[switch.first]) - ROUNDING * fast
+            pushed = where(mask[first + switch.first] > 0.0, pushed, moved)
         turns = where(mode.on > STICK, where(mode.on > SLIDE, 0.0, back), pushed) if switch.tangents else 0.0
         if switch.what == FRICTION:
             found += [0.0, turns]
@@ -145,6 +156,12 @@ def _effort(model: Model, switch: Switch, now: Instant, name: str) -> Any:
     return evaluate(model, model.forces[switch.index].numbers[name], everything)
 
 
+def _alone(model: Model, switch: Switch, now: Instant, length: Number) -> Any:
+    """A speed (m/s or rad/s) with which those of a joint with friction compare at least: what nothing can move has no
+    other. length: of its row."""
+    return FAINT * sqrt(absolute(_effort(model, switch, now, "static")) * alone(model, now)[switch.first] * length)
+
+
 def numbers(model: Model, now: Instant, rates: Sequence[Number], accelerations: Sequence[Number]) -> list[Any]:
     """Of each switch: restitution, static and kinetic coefficient, the speed (m/s or rad/s) below which nothing comes
     back, static and kinetic effort (N or N m), and its length and speed (see `scales`). rates, accelerations: of all
@@ -163,6 +180,7 @@ def numbers(model: Model, now: Instant, rates: Sequence[Number], accelerations: 
             own = (stop.restitution, *friction, least, 0.0, 0.0)
         elif switch.what == FRICTION:
             own = (0.0,) * 4 + tuple(_effort(model, switch, now, name) for name in ("static", "coulomb"))
+            speed = maximum(speed, _alone(model, switch, now, lengths[switch.first]))
         found += (*own, lengths[switch.first], speed)
     return found
 
