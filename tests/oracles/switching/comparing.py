@@ -156,6 +156,7 @@ def _short(changes: list[tuple[str, str, float]]) -> str:
 def modes(data: dict[str, Any], course: Course, ds: Any) -> list[str]:
     """Where `mode` tells something else of what is on."""
     problems, every = [], {j["name"]: j for j in data["model"].get("joints", [])}
+    dry = {f["name"] for f in data["model"].get("forces", []) if "static" in f}
     for n, on in enumerate(course.modes):
         t = float(ds.time[n])
         if any(abs(change.t - t) < BESIDE for change in course.changes):
@@ -165,6 +166,10 @@ def modes(data: dict[str, Any], course: Course, ds: Any) -> list[str]:
                 continue
             joint = every.get(name.partition(".")[0])
             locked = name in on
+            if name in dry:
+                if bool(ds["mode"].sel(switch=name).isel(time=n) == 1) != locked:
+                    problems.append(f"{name} {'slides' if locked else 'sticks'} at {t:.3g}")
+                continue
             if joint is not None and name.endswith(".lock"):
                 part = name.split(".")[1]
                 kinds = ["ball"] if joint["type"] == "spherical" else list(joints.COORDINATES[joint["type"]])

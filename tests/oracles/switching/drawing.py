@@ -10,11 +10,14 @@ from tests.oracles.mechanisms.drawing import Drawing, Table, drawn
 from tests.oracles.mechanisms.engine import Mechanism, Motion, SingularError
 from tests.oracles.mechanisms.places import Array
 from tests.oracles.mechanisms.quantities import SEEN
+from tests.oracles.switching.engine import Changing
+from tests.oracles.switching.laws import ContradictingError, UnlikeError, complementary
 
 END = 0.4  # s
 SAMPLES = 81  # of the motion that is to be changed
 LOCKED = ("revolute", "prismatic", "cylindrical", "spherical", "universal")
 RATES = {"angle": "rate", "displacement": "speed", "first_angle": "first_rate", "second_angle": "second_rate"}
+ROUGH = 0.8  # of mechanisms in which something may stick
 APART = 2e-3  # m or rad, from what a mechanism begins
 
 
@@ -25,7 +28,7 @@ def changing(seed: int) -> Table:
         data = drawn(d)
         if data is not None:
             try:
-                return Changes(d, data).data
+                return Changes(d, data, np.random.default_rng([20261, seed, attempt])).data
             except SingularError:
                 continue
     raise AssertionError(f"no mechanism of seed {seed}")
@@ -34,7 +37,7 @@ def changing(seed: int) -> Table:
 class Changes:
     """What is added to a mechanism, as far as it fits."""
 
-    def __init__(self, d: Drawing, data: Table) -> None:
+    def __init__(self, d: Drawing, data: Table, rough: np.random.Generator) -> None:
         self.d, self.data, self.model = d, data, data["model"]
         self.joints: list[Table] = self.model.setdefault("joints", [])
         self.quantities: list[Table] = self.model.setdefault("quantities", [])
@@ -42,6 +45,7 @@ class Changes:
         self.times = np.linspace(0.0, END, SAMPLES)
         self.m = Mechanism(self.model)
         self.course = self.m.run(self.times.tolist())
+        self.rub(rough)
         self.shared = [d.number(0.05, 0.9) * END for _ in range(2)]
         prescribed = {name for name, _ in d.tied}
         self.free = [j for j in self.joints if j["name"] not in prescribed]
@@ -62,6 +66,44 @@ class Changes:
         for key in ("joints", "quantities"):
             if not self.model[key]:
                 del self.model[key]
+
+    def rub(self, rng: np.random.Generator) -> None:
+        """Friction that sticks, of a joint or two, that may bring them to rest and hold them, by numbers of its own:
+        without it all else is as it was."""
+        known = [
+            (j["name"], kind, held.coordinate(j, kind))
+            for j in self.joints
+            for kind in ("angle", "displacement")
+            if kind in held.COORDINATES.get(j["type"], ())
+            and j["type"] != "planar"
+            and (j["name"], kind) not in self.d.tied
+        ]
+        if not known or rng.random() > ROUGH:
+            return
+        smooth = list(self.model.get("forces", []))
+        for n, some in enumerate(rng.permutation(len(known))[: 1 + int(rng.random() < 0.3)]):
+            joint, kind, q = known[int(some)]
+            try:
+                coulomb = rng.uniform(0.1, 1.5) * abs(self._holding(q, self.course[0]))
+            except ContradictingError:
+                continue
+            if coulomb > 1e-3:
+                force = {"name": f"dry{n}", "type": "friction", "joint": joint, "coordinate": kind}
+                force |= {"coulomb": float(coulomb), "static": float(coulomb * rng.uniform(1.05, 1.8))}
+                self.model["forces"] = [*self.model.get("forces", []), force]
+        try:
+            self.course = Changing(self.data | {"events": []}).run(self.times.tolist()).motions
+        except UnlikeError:
+            self.model["forces"] = smooth
+
+    def _holding(self, q: Any, now: Motion) -> float:
+        """What brings a coordinate to rest within half the time of a run (N or N m)."""
+        s = now.state
+        B, _, wanted, _ = self.m.constraints(s, now.t)
+        M, Q = self.m.forced(s, now.t)
+        rate, bias = s.along(q, now.t)
+        B, wanted = np.concatenate([B, s.partial(q, now.t)]), np.concatenate([wanted, -bias - 2.0 * rate / END])
+        return float(complementary(M, Q, B, wanted, np.zeros((0, s.u.size)), np.zeros(0))[1][-1])
 
     # ------------------------------------------------------------ conditions
     def when(self, part: tuple[float, float] = (0.05, 0.95)) -> str:

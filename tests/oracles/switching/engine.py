@@ -1,14 +1,15 @@
-"""The engine of tests/oracles/mechanisms with what changes: events that act, rigid stops, contacts without friction.
+"""The engine of tests/oracles/mechanisms with what changes: events that act, rigid stops, contacts without friction,
+friction of joints that sticks.
 
 Each mode is a mechanism of its own: the functions of what is on, together. A change is Newton's and Euler's equations
 in impulses, solved as they stand; which of the unilateral constraints push is found by trying all of their subsets.
 Times are found on SciPy's dense output, and made good by integrating up to them.
 """
 
-import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
 from functools import partial
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -16,16 +17,17 @@ from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
 from tests.oracles.mechanisms import joints
-from tests.oracles.mechanisms.engine import Mechanism, Motion
+from tests.oracles.mechanisms.engine import Motion
 from tests.oracles.mechanisms.numbers import number
 from tests.oracles.mechanisms.places import Array, Function, Places, State, vee
-from tests.oracles.switching.laws import Condition, UnlikeError, complementary, gap, stop
+from tests.oracles.switching.laws import Condition, UnlikeError, complementary
+from tests.oracles.switching.modes import Modes, Table
 
-Table = Mapping[str, Any]
 AT_ONCE = 1e-11  # s
 BESIDE = 1e-9  # s: so near to a change it is not known on which side of it something is seen
 TOUCHES = 1e-9  # m or rad
 STILL = 1e-9  # m/s or rad/s
+RESTS = 1e-7  # the same, of what may stick
 CLOSED = 1e-9  # m or rad: how far apart what is engaged may be, for nothing here moves bodies together
 BAND = 1e-9  # of the largest number of a condition: so far it falls before it can come true again
 SAMPLES = 6  # of conditions in a step
@@ -57,104 +59,22 @@ class Course:
     undecided: set[str] = field(default_factory=set)  # switches of which nothing tells whether they are closed
 
 
-class Changing:
-    """Of a scenario."""
+class Changing(Modes):
+    """Of a scenario: what changes, and the run."""
 
     def __init__(self, data: Table) -> None:
-        self.data, self.model = data, data["model"]
-        self.events = list(data.get("events", []))
-        self.every = {j["name"]: j for j in self.model.get("joints", [])}
-        self.first = Mechanism(self.model_with(data.get("parameters", {})))
-        acting = {e["joint"] for e in self.events if e.get("action") in ("release", "engage")}
-        switched = {name for name, j in self.every.items() if name in acting or not j.get("active", True)}
-        self.permanent = [name for name in self.first.functions if name not in switched]
-        self.bilateral: dict[str, Function] = {name: self.first.functions[name] for name in switched}
-        self.on = {name for name in switched if self.every[name].get("active", True)}
-        self.unilateral: dict[str, Function] = {}
-        self.restitution: dict[str, tuple[float, float]] = {}
-        self.stopped: dict[str, str] = {}  # which joint a stop stops
-        for limit in self.model.get("limits", []):
-            q = joints.coordinate(self.every[limit["joint"]], limit["coordinate"])
-            for key, side in (("low", 1.0), ("high", -1.0)):
-                if key in limit:
-                    self.stopped[f"{limit['name']}.{key}"] = limit["joint"]
-                    self._unilateral(f"{limit['name']}.{key}", stop(q, side, limit[key]), limit)
-        for contact in self.model.get("contacts", []):
-            self._unilateral(contact["name"], gap(contact), contact)
+        super().__init__(data)
         self.quantities = {q["name"]: q for q in self.model.get("quantities", [])}
-        self.parameters = dict(data.get("parameters", {}))
         self.conditions = [Condition(e["when"], self.quantities) for e in self.events]
-        self.locks = {e["joint"] for e in self.events if e.get("action") in ("lock", "unlock")}
         self.course = Course()
         self.true: list[bool] = [False] * len(self.events)
         self.largest = [0.0] * len(self.events)
-        self.closed: frozenset[str] = frozenset()
-        self.carrying: tuple[str, ...] = ()  # of those that are closed
-        self.kept = 0  # how many coordinates have been kept
-        self.latest: tuple[Any, Mechanism] = (None, self.first)
-
-    def _unilateral(self, name: str, f: Function, table: Table) -> None:
-        self.unilateral[name] = f
-        self.restitution[name] = (table.get("restitution", 0.0), table["rest_speed"])
-
-    def model_with(self, parameters: Mapping[str, float]) -> Table:
-        """The model with numbers for parameters."""
-
-        def filled(x: Any) -> Any:
-            if isinstance(x, str):
-                for name, value in parameters.items():
-                    x = re.sub(rf"\b{name}\b", f"({float(value)!r})", x)
-                return x
-            if isinstance(x, Mapping):
-                return {key: filled(y) for key, y in x.items()}
-            return [filled(y) for y in x] if isinstance(x, list) else x
-
-        return {**self.model, "forces": filled(self.model.get("forces", []))}
-
-    # ------------------------------------------------------------ one mode
-    def mechanism(self, more: Iterable[str] = ()) -> Mechanism:
-        """What holds now, and unilateral constraints that push."""
-        key = (frozenset(self.on), tuple(more), tuple(self.parameters.values()), self.kept)
-        if self.latest[0] == key:
-            return self.latest[1]
-        m = Mechanism(self.model_with(self.parameters))
-        m.__dict__["start"] = self.first.start
-        every = {name: m.functions[name] for name in self.permanent}
-        every |= {name: self.bilateral[name] for name in self.bilateral if name in self.on}
-        m.functions = every | {name: self.unilateral[name] for name in more}
-        self.latest = key, m
-        return m
-
-    def motion(self, state: State, t: float) -> Motion:
-        """Of joints the loads with those of their locks and stops."""
-        now = _with_all(self.mechanism(self.carrying).motion(state, t), self.every)
-        loads = dict(now.loads)
-        for name, load in now.loads.items():
-            joint = self.stopped.get(name, name.partition(".")[0])
-            if name not in self.every and joint in self.every:
-                loads[joint] = loads[joint] + load
-        return replace(now, loads=loads)
-
-    def force(self, now: Motion, name: str) -> float:
-        """That of a unilateral constraint that carries."""
-        c = now.state.partial(self.unilateral[name], now.t)[0]
-        return float(c @ now.loads[name] / (c @ c))
-
-    def rows(self, names: Iterable[str], state: State, t: float) -> tuple[Array, Array, Array]:
-        """C of unilateral constraints, their rates, and what their accelerations are without those of bodies."""
-        C, rates, biases = [np.zeros((0, state.u.size))], [np.zeros(0)], [np.zeros(0)]
-        for name in names:
-            C.append(state.partial(self.unilateral[name], t))
-            rate, bias = state.along(self.unilateral[name], t)
-            rates.append(rate)
-            biases.append(bias)
-        return np.concatenate(C), np.concatenate(rates), np.concatenate(biases)
-
-    def distance(self, name: str, state: State, t: float) -> float:
-        return float(self.unilateral[name](state.places(), t)[0, 0].real)
+        self.begun = False
 
     # ------------------------------------------------------------ a change
-    def settle(self, state: State, t: float, fired: set[int], hit: set[str]) -> State | None:
+    def settle(
+        self, state: State, t: float, fired: set[int], hit: set[str], slips: frozenset[str] = frozenset()
+    ) -> State | None:
         """What happens at a time, to the books; None: the run ends."""
         for _ in range(ROUNDS):
             if any(self.events[n].get("action", "record") == "stop" for n in fired):
@@ -166,7 +86,8 @@ class Changing:
             if not self._act(state, t, fired):
                 return None
             state = self._impulses(state, t, hit)
-            self._decide(state, t)
+            self._decide(state, t, slips)
+            slips = frozenset()
             values = [self.value(n, state, t) for n in range(len(self.events))]
             true = [self._holds(n, values[n]) or n in fired for n in range(len(self.events))]
             fired = {n for n, now in enumerate(true) if now and not self.true[n]}
@@ -180,7 +101,7 @@ class Changing:
     def value(self, n: int, state: State, t: float) -> float:
         """Of a condition, which is true above 0."""
         condition = self.conditions[n]
-        m = self.mechanism(self.carrying)
+        m = self.mechanism((*self.carrying, *self.bears))
         now = self.motion(state, t) if condition.forces else Motion(t, state, np.zeros_like(state.u), {}, {}, 0, 1.0)
         if condition.forces and not now.unique:
             raise UnlikeError("a reaction that is not unique")
@@ -300,26 +221,62 @@ class Changing:
     def _touches(self, name: str, state: State, t: float) -> bool:
         return abs(self.distance(name, state, t)) < TOUCHES
 
-    def _decide(self, state: State, t: float) -> None:
-        """What stays closed, by accelerations."""
+    def _decide(self, state: State, t: float, slips: frozenset[str]) -> None:
+        """What stays closed, and sticks, by accelerations: of what is at rest all choices are tried, those first of
+        which least slides; slips: what has just been pushed by all that it holds."""
+        rates = {name: float(state.along(q, t)[0][0]) for name, q in self.rubbed.items()}
+        moves = {name: float(np.sign(x)) for name, x in rates.items() if abs(x) > RESTS}
+        rest, before = [name for name in self.rubbed if name not in moves], self.heads
+        for some in sorted(product((0.0, 1.0, -1.0), repeat=len(rest)), key=lambda x: sum(map(abs, x))):
+            begins = {name: d for name, d in zip(rest, some, strict=True) if d}
+            self.heads = moves | begins
+            if self._fits(state, t, [name for name in rest if name not in begins], begins, slips):
+                break
+        else:
+            raise UnlikeError("friction that neither sticks nor slides")
+        if self.begun:
+            self.course.changes += [Change(t, "slid", n) for n in self.heads if n not in before]
+            self.course.changes += [Change(t, "stuck", n) for n in before if n not in self.heads]
+        self.begun = True
+
+    def _fits(self, state: State, t: float, sticks: list[str], begins: dict[str, float], slips: frozenset[str]) -> bool:
+        """Whether forces and accelerations are those of friction if some of what rests sticks, and the rest begins to
+        slide; if so, what stays closed."""
         m = self.mechanism()
         B, _, bias, _ = m.constraints(state, t)
+        bears, alone = [], B
+        for name in sticks:
+            row, _, b = self.rows([name], state, t)
+            if _rank(B, row) > _rank(B):
+                B, bias, bears = np.concatenate([B, row]), np.concatenate([bias, -b]), [*bears, name]
+            elif _rank(alone, row) > _rank(alone):
+                raise UnlikeError("two that stick where one would do")
         near = [n for n in self.unilateral if n in self.closed or self._touches(n, state, t)]
         C, rates, biases = self.rows(near, state, t)
         rests = np.abs(rates) < 1e-7
         near = [n for n, r in zip(near, rests, strict=True) if r]
         C, biases = C[rests], biases[rests]
         M, Q = m.forced(state, t)
-        _, _, pushes = complementary(M, Q, B, bias, C, -biases)
-        self.carrying = tuple(n for n, p in zip(near, pushes, strict=True) if p > 0.0)
-        a = self.motion(state, t).accelerations
+        a, held, pushes = complementary(M, Q, B, bias, C, -biases)
+        for name, effort in zip(bears, held[len(held) - len(bears) :], strict=True):
+            if abs(effort) > self.dry[name]["static"] * (1.0 - 1e-6 if name in slips else 1.0 + 1e-9):
+                return False
         scale = 1.0 + float(np.abs(a).max())
+        for name, d in begins.items():
+            row, _, b = self.rows([name], state, t)
+            if not d * float((row @ a + b)[0]) > 1e-7 * scale:
+                return False
+        pushing = pushes > 0.0
+        if bears and _rank(B, C[pushing]) < _rank(B) + pushing.sum():
+            raise UnlikeError("friction and stops that share")
+        self.carrying, self.bears = tuple(n for n, p in zip(near, pushing, strict=True) if p), tuple(bears)
         leaves = C @ a + biases
         closed = frozenset(n for n, x in zip(near, leaves, strict=True) if x < 1e-7 * scale)
         self.course.undecided |= {n for n in closed if n not in self.carrying}
         self.course.changes += [Change(t, "closed", n) for n in sorted(closed - self.closed)]
         self.course.changes += [Change(t, "opened", n) for n in sorted(self.closed - closed)]
         self.closed = closed
+        return True
 
     # ------------------------------------------------------------ a run
     def run(self, times: list[float], tolerance: float = 1e-11, most: float = 0.01) -> Course:
@@ -330,7 +287,7 @@ class Changing:
         def tell(to: float, at: Callable[[float], State]) -> None:
             while left and left[0] <= to:
                 course.motions.append(self.motion(at(left[0]), left[0]))
-                course.modes.append(frozenset(self.on | self.closed))
+                course.modes.append(frozenset(self.on | self.closed | (self.rubbed.keys() - self.heads.keys())))
                 left.pop(0)
 
         fired = {n for n in range(len(self.events)) if self.value(n, state, 0.0) > 0.0}
@@ -349,7 +306,7 @@ class Changing:
         self, state: State, t: float, end: float, tolerance: float, most: float, tell: Callable[..., None]
     ) -> tuple[float, State | None]:
         """Up to the next change, and behind it."""
-        m, state_of = self.mechanism(self.carrying), state.like
+        m, state_of = self.mechanism((*self.carrying, *self.bears)), state.like
 
         def slope(t: float, y: Array) -> Array:
             return m.slope(state_of(y), t)
@@ -399,15 +356,17 @@ class Changing:
                     self.true[n] = True
                 useful = {n for n in sorted(fired) if self._useful(n, at, fired)}
                 hit = {str(key[1]) for key in happens if key[0] == "gap"}
-                if not useful and not hit and not any(key[0] == "force" for key in happens):
+                if not useful and not hit and not any(key[0] in ("force", "holds", "slides") for key in happens):
                     return at, there
-                return at, self.settle(there, at, useful, hit)
+                slips = frozenset(str(key[1]) for key in happens if key[0] == "holds")
+                return at, self.settle(there, at, useful, hit, slips)
             tell(solver.t, partial(_between, state_of, dense, np.inf, solver.y))
         return end, None if solver.t >= end else state_of(solver.y)
 
     def _watched(self) -> list[tuple[str, Any]]:
         gaps = [("gap", n) for n in self.unilateral if n not in self.closed]
-        return [*(("event", n) for n in range(len(self.events))), *gaps, *(("force", n) for n in self.carrying)]
+        dry = [*(("holds", n) for n in self.bears), *(("slides", n) for n in self.heads)]
+        return [*(("event", n) for n in range(len(self.events))), *gaps, *(("force", n) for n in self.carrying), *dry]
 
     def _watch(self, key: tuple[str, Any], state: State, t: float) -> float:
         what, n = key
@@ -416,12 +375,16 @@ class Changing:
             if self.true[n] and x <= -BAND * self.largest[n]:
                 self.true[n] = False
             return x
+        if what == "holds":
+            return float(self.dry[n]["static"]) - abs(self.force(self.motion(state, t), n))
+        if what == "slides":
+            return self.heads[n] * float(state.along(self.rubbed[n], t)[0][0])
         return self.distance(n, state, t) if what == "gap" else self.force(self.motion(state, t), n)
 
     def _passed(self, key: tuple[str, Any], was: float, now: float) -> bool:
         if key[0] == "event":
             return not self.true[key[1]] and now > 0.0
-        return now < 0.0 and (key[0] == "force" or was > 0.0 or now < -TOUCHES)
+        return now < 0.0 and (key[0] in ("force", "holds") or was > 0.0 or now < -TOUCHES)
 
     def _root(
         self, key: tuple[str, Any], dense: Any, state_of: Callable[[Array], State], a: float, b: float, fa: float,
@@ -441,9 +404,8 @@ def _at(steps: Callable[..., DOP853], t: float, y: Array, to: float) -> Array:
     return np.asarray(solver.y)
 
 
-def _with_all(now: Motion, every: Iterable[str]) -> Motion:
-    loads = {name: np.zeros_like(now.accelerations) for name in every} | dict(now.loads)
-    return Motion(now.t, now.state, now.accelerations, loads, now.efforts, now.redundant, now.condition)
+def _rank(*rows: Array) -> int:
+    return int(np.linalg.matrix_rank(np.concatenate(rows), tol=1e-7))
 
 
 def _between(state_of: Callable[[Array], State], dense: Any, at: float, y: Array, t: float) -> State:

@@ -29,6 +29,17 @@ def test_a_wrong_restitution_would_show(tmp_path: Path) -> None:
     assert any("energy_lost" in problem for problem in compare(data, oracle(data), ds, WAY).problems)
 
 
+def test_friction_that_sticks_is_the_same_and_another_would_show() -> None:
+    data, way = changing(60001), "dop853 joint"
+    course = oracle(data)
+    found = compare(data, course, run(data, way), way)
+    assert (found.problems, {"stuck", "slid"} <= {*found.changes}) == ([], True)
+    for force in data["model"]["forces"]:
+        if "static" in force:
+            force["coulomb"] *= 1.001
+    assert any("velocity" in problem for problem in compare(data, course, run(data, way), way).problems)
+
+
 def test_of_three_that_could_push_those_that_have_to_do() -> None:
     """Balls in a row: the first one hits the second, and the third one, that leans on a wall, is hit by that."""
     M, v = np.diag([1.0, 2.0, 3.0]), np.array([3.0, 0.0, 0.0])
