@@ -154,7 +154,9 @@ def _short(changes: list[tuple[str, str, float]]) -> str:
 
 
 def modes(data: dict[str, Any], course: Course, ds: Any) -> list[str]:
-    """Where `mode` tells something else of what is on."""
+    """Where `mode` tells something else of what is on; where an event ends the run at its start nothing is decided."""
+    if course.end == 0.0:
+        return []
     problems, every = [], {j["name"]: j for j in data["model"].get("joints", [])}
     dry = {f["name"] for f in data["model"].get("forces", []) if "static" in f}
     for n, on in enumerate(course.modes):
