@@ -16,9 +16,7 @@ from lienumba.integrators.layout import (
     KEPT_ROWS,
     KEPT_TRUE,
     KEPT_UNDEFINED,
-    LEAN,
     NEWTON,
-    STICK,
     SWITCH_NUMBERS,
     on_row,
     record_rows,
@@ -180,7 +178,6 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
     kept = np.where(kept[:, :, KEPT_UNDEFINED, None] == 0.0, kept[:, :, :KEPT_TRUE], np.nan)
     at_events, on = _at_events(batch, told, parameters), on_row(machine.sizes)
     modes = per_run(states[:, on : on + machine.sizes.switches], count)
-    modes = np.where(modes == LEAN, STICK, modes)  # how a contact sticks is the driver's matter
     last = place(machine, states, parameters, batch.bodies).transpose(0, 2, 1).reshape(blocks * W, -1)[:count]
     codes = codes.reshape(-1)[:count].astype(np.int8)
     steps, rejected = steps.astype(np.int64), rejected.astype(np.int64)

@@ -58,13 +58,14 @@ ERROR, FACTOR, REMEMBERED, CONTROL = range(4)  # rows: the square of a step's er
 
 # What is said of each switched constraint (`lienumba.mechanics.system.switches`): what it is (below), its first row
 # among the switched ones, its rows, how many of them, the last ones, are tangents, its first number of memory, how
-# many it has, and whether it shares what it carries. on: as in `kinematics`.
+# many it has, whether it shares what it carries, and the first number of how it grips among all memory, -1 without.
+# on: as in `kinematics`.
 (
     SWITCH_KIND, SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS, SWITCH_MEMORY, SWITCH_MEMORIES, SWITCH_SHARES,
-    SWITCH_NUMBERS,
-) = range(8)  # fmt: skip
+    SWITCH_GRIP, SWITCH_NUMBERS,
+) = range(9)  # fmt: skip
 BILATERAL, UNILATERAL, FRICTION = range(3)  # joints and locks; limits and contacts; of a joint
-OFF, STICK, SLIDE, LEAN = range(4)
+OFF, STICK, SLIDE = range(3)
 RESTITUTION, STATIC, KINETIC, REST_SPEED, STATIC_EFFORT, KINETIC_EFFORT, SIZE, SPEED, CONTACT_NUMBERS = range(9)
 # What an event does: what it is, and its targets among those of all events (switches, or rows of states), its first
 # value, whether it acts only once, and the switch that has to be on for that, -1 if none has.
@@ -343,7 +344,7 @@ def kick_rows(sizes: Sizes) -> int:
     return kick_rates(sizes) + sizes.switched
 
 
-CHANGE_VECTORS = 18  # rows of numbers with which changes of one run are worked out
+CHANGE_VECTORS = 25  # rows of numbers with which changes of one run are worked out
 
 
 @kernel
@@ -366,7 +367,7 @@ def change_forces(sizes: Sizes) -> int:
 
 @kernel
 def change_room(sizes: Sizes) -> int:
-    """Behind them, where one lane at a time is worked on: two matrices of q rows, and vectors."""
+    """Behind them, where one lane at a time is worked on: three matrices of q rows, and vectors."""
     return change_forces(sizes) + sizes.switches
 
 
@@ -374,7 +375,7 @@ def change_room(sizes: Sizes) -> int:
 def change_rows(sizes: Sizes) -> int:
     """Of all this; none without switches."""
     q = sizes.switched
-    return change_room(sizes) - (-q * (2 * q + 1 + CHANGE_VECTORS) // W) if q > 0 else 0
+    return change_room(sizes) - (-q * (3 * q + 1 + CHANGE_VECTORS) // W) if q > 0 else 0
 
 
 @kernel

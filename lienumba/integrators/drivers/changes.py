@@ -11,7 +11,7 @@ from lienumba.compiler.lanes import Mask, any_lane, call, choose, load, splat, s
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
-from lienumba.integrators.drivers import complementarity, impacts, reactions, stages
+from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.acting import (
     HOLDS,
     engages,
@@ -29,7 +29,8 @@ from lienumba.integrators.drivers.acting import (
 from lienumba.integrators.drivers.event_search import TOUCH
 from lienumba.integrators.drivers.events import SLIGHT, note
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
-from lienumba.integrators.drivers.reactions import Reactions
+from lienumba.integrators.drivers.switching import complementarity, impacts, modes, reactions, used_rows
+from lienumba.integrators.drivers.switching.reactions import Reactions
 from lienumba.integrators.drivers.workspace import Places, Rows
 from lienumba.integrators.layout import (
     ACTION,
@@ -42,7 +43,6 @@ from lienumba.integrators.layout import (
     GAINED,
     HAD,
     ITERATIONS,
-    LEAN,
     LOCKS,
     MANY,
     OFF,
@@ -126,7 +126,7 @@ def change(
             for lane in range(W):
                 if rows[first.lanes + PICKED, lane] != 0.0:
                     reactions.read(r, rows, first, sizes, lane)
-                    reactions.choose_rows(r, rows, first, sizes, lane)
+                    used_rows.choose_rows(r, rows, first, sizes, lane)
             _close(kernels, sizes, at, closing, table, limit, tolerance)
             call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
             for lane in range(W):
@@ -402,9 +402,9 @@ def _go_on(
             rows[first.lanes + STATUS, lane] = codes.CONTRADICTS
     for s in range(sizes.switches):  # what was, where conditions at the end of a step were
         rows[before + sizes.events + s, lane] = rows[on + s, lane]
-    said = reactions.modes(r, rows, first, sizes, lane) if forces else complementarity.SOLVED
-    reactions.choose_rows(r, rows, first, sizes, lane)
-    if said == complementarity.SOLVED and reactions.heads(r, rows, first, sizes, lane):
+    said = modes.decide(r, rows, first, sizes, lane) if forces else complementarity.SOLVED
+    used_rows.choose_rows(r, rows, first, sizes, lane)
+    if said == complementarity.SOLVED and modes.heads(r, rows, first, sizes, lane):
         rows[first.lanes + PICKED, lane] = 1.0
         for i in range(sizes.switched):
             rows[first.change + layout.change_impulses(sizes) + i, lane] = p.x[i]
@@ -412,7 +412,6 @@ def _go_on(
         rows[first.lanes + STATUS, lane] = _unsolved(r, said)
     for s in range(sizes.switches):
         was, now, kind = rows[before + sizes.events + s, lane], rows[on + s, lane], p.switches[s, SWITCH_KIND]
-        was, now = float(STICK) if was == LEAN else was, float(STICK) if now == LEAN else now
         if kind != BILATERAL and was != now:
             tells = codes.SLID if now == SLIDE else codes.STUCK
             if kind == UNILATERAL and was == OFF:
@@ -444,7 +443,7 @@ def _rounding(
         held = dry and not used(sizes, first, rows, plan.switches, lane, switch)
         speed = SLIGHT * rows[first.change + layout.change_speeds(sizes) + switch, lane]
         return force if mode == STICK and not held else speed
-    return TOUCH if mode == OFF else max(force, reactions.SLIGHT * -old)
+    return TOUCH if mode == OFF else max(force, modes.SLIGHT * -old)
 
 
 @apart

@@ -10,7 +10,7 @@ from lienumba.integrators.drivers import certificates, stages
 from lienumba.integrators.drivers.acting import PAST, follow, hold, may_act, pass_over, sift
 from lienumba.integrators.drivers.event_search import EDGE, LATER, SOUGHT, TOUCH, search
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
-from lienumba.integrators.drivers.reactions import STILL
+from lienumba.integrators.drivers.switching.reactions import STILL
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     ACTION,

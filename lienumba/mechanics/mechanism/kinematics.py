@@ -44,14 +44,13 @@ FIXED = Motion(AT_REST, so3.IDENTITY)
 
 @dataclass(frozen=True)
 class Mode:
-    """Of a switched constraint. on: OFF, STICK, SLIDE or LEAN; memory: numbers that it keeps while it is on."""
+    """Of a switched constraint. on: OFF, STICK or SLIDE; memory: numbers that it keeps while it is on."""
 
     on: Any = 0.0
     memory: tuple[Any, ...] = ()
 
 
-# not there; closed, or stuck; closed and sliding; at rest, with friction that is a part of the normal force
-OFF, STICK, SLIDE, LEAN = 0.0, 1.0, 2.0, 3.0
+OFF, STICK, SLIDE = 0.0, 1.0, 2.0  # not there; closed, or stuck; closed and sliding
 Modes = dict[tuple[str, str], Mode]  # by what it is ("joint", "lock", "limit", "contact", "friction") and its name
 
 

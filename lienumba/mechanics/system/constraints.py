@@ -16,13 +16,13 @@ from lienumba.mechanics.elements import drivers, user_laws
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.quantities import bodies_of, evaluate
 from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.kinematics import OFF, SLIDE, STICK, Instant, Law, Mode, View
+from lienumba.mechanics.mechanism.kinematics import OFF, STICK, Instant, Law, Mode, View
 from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Joint, Model
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
 from lienumba.mechanics.system.switched import laws
 from lienumba.mechanics.system.switched.border import Leaning
-from lienumba.mechanics.system.switches import CONTACT, FRICTION, JOINT, LIMIT, LOCK, Switch, switches_of
+from lienumba.mechanics.system.switches import CONTACT, FRICTION, GRIP, JOINT, LIMIT, LOCK, Switch, switches_of
 from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Matrix, Number, Vector
 from lienumba.numerics.operations import absolute, is_zero, maximum, sqrt, where
@@ -211,20 +211,27 @@ def in_use(model: Model, now: Instant) -> list[Any]:
 
 
 def leaning(model: Model, now: Instant) -> Leaning | None:
-    """Of contacts that slide or lean, how the forces along their tangents follow from those along their normals; None
-    where there is no friction of contacts."""
+    """Of contacts how the forces along their tangents follow, where they slide, from those along their normals, and
+    where they stick, from what they share with others; None where there is no friction of contacts."""
     found: dict[tuple[int, int], Any] = {}
+    grips: dict[tuple[int, int], Any] = {}
     for c, rows in zip(constraints_of(model), rows_of(model), strict=True):
         if c.tangents and c.switch is not None and c.switch.what == CONTACT:
-            mode, still = now.modes.get(c.switch.key, Mode(OFF, (0.0, 0.0, 1.0))), kinematics.still(now, c.bodies)
-            contact, leans = model.contacts[c.switch.index], mode.on > SLIDE
+            mode, still = (
+                now.modes.get(c.switch.key, Mode(OFF, (0.0, 0.0, 1.0, *GRIP))),
+                kinematics.still(now, c.bodies),
+            )
+            kinetic = model.contacts[c.switch.index].kinetic
             slides, (kept, slow) = mode.on > STICK, laws.heading(model, c.switch, still, mode.memory)
-            kinetic = where(slides, contact.kinetic, 0.0)
             # what does not slide has no direction: rates next to 0 would have none in which they go on, as a series
             moving = tuple(where(slides, lift(x).a, d) for x, d in zip(c.law(still), kept, strict=True))
-            for row, d, own in zip(range(rows.start, rows.stop), laws.sliding(moving, kept, slow), kept, strict=True):
-                found[row, rows.start - 1] = -where(leans, contact.static * own, kinetic * d)
-    return Leaning(found, in_use(model, now)) if found else None
+            held: Vector = (0.0, 0.0)
+            if c.switch.grips:
+                held, V = laws.grip(model, c.switch, still, mode.memory)
+                grips |= {(rows.start + a, rows.start + b): V[a][b] for a in range(2) for b in range(2)}
+            for n, (d, own) in enumerate(zip(laws.sliding(moving, kept, slow), held, strict=True)):
+                found[rows.start + n, rows.start - 1] = where(slides, -(kinetic * d), own)
+    return Leaning(found, grips, in_use(model, now)) if found else None
 
 
 def sliding_power(model: Model, now: Instant, multipliers: Sequence[Number]) -> Any:

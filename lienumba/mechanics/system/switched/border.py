@@ -1,12 +1,14 @@
-"""Rows of contacts that stick, slide or lean, which are solved together once all else is eliminated.
+"""Rows of contacts that stick or slide, which are solved together once all else is eliminated.
 
 Where a contact slides, its friction follows from its normal force: of its multipliers lambda = T lambda*, with
 -mu d in the columns of normals, d being the direction of sliding. So what is left, S lambda = b with S symmetric,
 becomes m (S T) m lambda* = m b, m being 1 for rows in use: of what slides the normal alone.
 
-Several contacts may say the same. Then m selects independent rows, and those that carry, too, have lambda* = G lambda*
-of these, G S m = S in them. So lambda* is in the range of S: what contacts of the same small compliance would carry,
-without friction the shares of least norm.
+Several contacts may say the same. Then m selects independent rows R, and the rates of all that carry are 1 + G times
+those of R, G S m = S in them. As if each gave way a little, they carry lambda = P (1 + G) y: of normals P is 1, of
+tangents a part V of what they gave way and a part c of their normal force. In R that is K y, K = (1 + G)^T P (1 + G),
+and with what slides S (K + F T (1 + G)) y = b, where F are the rows of S^-1 S of the tangents that slide. With V = 1
+and c = 0 forces are those of least norm.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,27 +21,64 @@ from lienumba.numerics.operations import divide, where
 SINGULAR = 1e-12  # a pivot below this fraction of the diagonal counts as zero
 DEPENDENT, PARADOX = 0.0, -1.0  # in the place of 1: rows depend on each other; friction leaves no solution, or many
 
+Entries = Mapping[tuple[int, int], Any]
+Matrix = list[list[Any]]
+
 
 @dataclass(frozen=True)
 class Leaning:
-    """T without its diagonal, by rows of C: (tangent, normal); carries: 1 for every row that has a force of its own, 0
-    for others."""
+    """T without its diagonal, by rows of C: (tangent, normal), where a contact sticks c; grips: V, (tangent, tangent);
+    carries: 1 for every row that has a force of its own, 0 for others."""
 
-    T: Mapping[tuple[int, int], Any] = field(default_factory=dict)
+    T: Entries = field(default_factory=dict)
+    grips: Entries = field(default_factory=dict)
     carries: Sequence[Any] = ()
 
 
 @dataclass(frozen=True)
-class Border:
-    """S: as it is; rows: L U of m (S T) m, L below the diagonal, where it has 1; inverse: that of the diagonal of U; T:
-    by places; shares: the rows of G, None where none says the same as others."""
+class Factors:
+    """L U of a matrix, its rows and columns in some order; L below the diagonal, where it has 1; inverse: that of the
+    diagonal of U."""
 
-    S: list[list[Any]]
-    rows: list[list[Any]]
+    order: Sequence[int]
+    rows: Matrix
     inverse: list[Any]
+
+    @staticmethod
+    def of(A: Matrix, order: Sequence[int]) -> "Factors":
+        """A is used up."""
+        inverse: list[Any] = [0.0] * len(A)
+        for n, k in enumerate(order):
+            inverse[k] = divide(1.0, A[k][k])
+            for i in order[n + 1 :]:
+                A[i][k] = A[i][k] * inverse[k]
+                for j in order[n + 1 :]:
+                    A[i][j] = A[i][j] - A[i][k] * A[k][j]
+        return Factors(order, A, inverse)
+
+    def solve(self, b: Sequence[Number]) -> list[Any]:
+        """x with A x = b."""
+        x: list[Any] = list(b)
+        for n, i in enumerate(self.order):
+            for j in self.order[:n]:
+                x[i] = x[i] - self.rows[i][j] * x[j]
+        for n, i in reversed([*enumerate(self.order)]):
+            for j in self.order[n + 1 :]:
+                x[i] = x[i] - self.rows[i][j] * x[j]
+            x[i] = x[i] * self.inverse[i]
+        return x
+
+
+@dataclass(frozen=True)
+class Border:
+    """S: as it is; factors: L U of m (S T) m, or, where contacts may say the same, of K with what slides; forces: of
+    all rows, from what these solve for; inverse: then that of S in the rows in use, with a minus."""
+
+    S: Matrix
+    factors: Factors
     mask: list[Any]
-    T: Mapping[tuple[int, int], Any]
-    shares: list[list[Any]] | None
+    forces: Matrix
+    inverse: Matrix | None
     sound: Any
 
     @staticmethod
@@ -47,75 +86,87 @@ class Border:
         """S: symmetric; names: which rows of C its rows are."""
         place = {row: n for n, row in enumerate(names)}
         T = {(place[t], place[n]): x for (t, n), x in leaning.T.items()}
-        size = range(len(names))
-        shares = None
         if T and len(names) - len({t for t, _ in T}) > 1:
-            shares = _shares(S, mask, [leaning.carries[row] * (1.0 - m) for row, m in zip(names, mask, strict=True)])
-        B = _leant(S, T, shares)
+            V = {(place[a], place[b]): x for (a, b), x in leaning.grips.items()}
+            return _sharing(S, mask, T, V, [leaning.carries[row] for row in names])
+        size = range(len(names))
+        B: Matrix = [list(row) for row in S]
+        forces: Matrix = [[1.0 if i == j else 0.0 for j in size] for i in size]
+        for (t, n), x in T.items():
+            forces[t][n] = x
+            for i in size:
+                B[i][n] = B[i][n] + S[i][t] * x
         for i in size:
             for j in size:
                 B[i][j] = mask[i] * B[i][j] * mask[j] + (1.0 - mask[i] if i == j else 0.0)
-        sound: Any = 1.0
-        inverse: list[Any] = []
+        factors, sound = Factors.of(B, size), 1.0
         for k in size:
             least = SINGULAR * (mask[k] * S[k][k] + (1.0 - mask[k]))
-            leans = any(n == k for _, n in T)
-            lost = where(B[k][k] < -least, PARADOX, DEPENDENT) if leans else DEPENDENT
-            sound = where(B[k][k] > least, sound, where(sound < lost, sound, lost))  # NaN is not
-            inverse.append(divide(1.0, B[k][k]))
-            for i in size[k + 1 :]:
-                B[i][k] = B[i][k] * inverse[k]
-                for j in size[k + 1 :]:
-                    B[i][j] = B[i][j] - B[i][k] * B[k][j]
-        return Border([list(row) for row in S], B, inverse, list(mask), T, shares, sound)
+            sound = _sounder(sound, B[k][k], least, any(n == k for _, n in T))
+        return Border([list(row) for row in S], factors, list(mask), forces, None, sound)
 
     def solve(self, y: Sequence[Number]) -> list[Any]:
         """lambda with -S lambda = y in the rows in use."""
-        size = range(len(self.rows))
-        x: list[Any] = [-(m * c) for m, c in zip(self.mask, y, strict=True)]
-        for i in size:
-            for j in range(i):
-                x[i] = x[i] - self.rows[i][j] * x[j]
-        for i in reversed(size):
-            for j in size[i + 1 :]:
-                x[i] = x[i] - self.rows[i][j] * x[j]
-            x[i] = x[i] * self.inverse[i]
-        return self.reactions(x)
+        pushed = [m * c for m, c in zip(self.mask, y, strict=True)]
+        if self.inverse is None:
+            return self.reactions(self.factors.solve([-c for c in pushed]))
+        return self.reactions(_times(self.inverse, pushed))
 
     def reactions(self, x: Sequence[Number]) -> list[Any]:
-        """T (1 + G) x: all multipliers from those of the rows in use."""
-        found = list(x)
-        for i, row in enumerate(self.shares or ()):
-            for j, share in enumerate(row):
-                found[i] = found[i] + share * x[j]
-        x = list(found)
-        for (t, n), c in self.T.items():
-            found[t] = found[t] + c * x[n]
-        return found
+        """All multipliers from those of the rows in use, or from those that these would have if nothing slid and
+        nothing else carried."""
+        return _times(self.forces, x if self.inverse is None else self.factors.solve(x))
 
 
-def _leant(S: Sequence[Sequence[Number]], T: Mapping[tuple[int, int], Any], shares: list[list[Any]] | None) -> Any:
-    """S T (I + G)."""
-    B: list[list[Any]] = [list(row) for row in S]
-    size = range(len(B))
-    for (t, n), x in T.items():
-        for i in size:
-            B[i][n] = B[i][n] + S[i][t] * x
-    if shares is None:
-        return B
-    leant = [list(row) for row in B]
-    for i in size:
+def _sounder(sound: Any, pivot: Number, least: Number, leans: bool) -> Any:
+    lost = where(pivot < -least, PARADOX, DEPENDENT) if leans else DEPENDENT
+    return where(pivot > least, sound, where(sound < lost, sound, lost))  # NaN is not
+
+
+def _sharing(
+    S: Sequence[Sequence[Number]], mask: Sequence[Number], T: Entries, V: Entries, carries: Sequence[Number]
+) -> Border:  # fmt: skip
+    size, tangents = range(len(S)), {t for t, _ in T}
+    swept, sound = _swept(S, mask)
+    extra = [c * (1.0 - m) for c, m in zip(carries, mask, strict=True)]
+    whole: Matrix = [[mask[i] if i == j else extra[i] * mask[j] * swept[i][j] for j in size] for i in size]
+    forces: Matrix = [[0.0] * len(S) if i in tangents else list(whole[i]) for i in size]
+    for (a, b), x in [*T.items(), *V.items()]:
         for j in size:
-            for k in size:
-                B[i][j] = B[i][j] + leant[i][k] * shares[k][j]
-    return B
-
-
-def _shares(S: Sequence[Sequence[Number]], mask: Sequence[Number], extra: Sequence[Number]) -> list[list[Any]]:
-    """G: of the `extra` rows that carry beside those of the mask, by sweeps over the pivots of these."""
-    size = range(len(S))
-    A: list[list[Any]] = [list(row) for row in S]
+            forces[a][j] = forces[a][j] + x * whole[b][j]
+    K: Matrix = [[1.0 - mask[i] if i == j else 0.0 for j in size] for i in size]
+    for k in size:  # what carries by itself; what slides, as what it does in the rows in use
+        for i in size:
+            weight = whole[k][i]
+            if k in tangents:
+                weight = weight + (1.0 - carries[k]) * mask[i] * (1.0 - mask[k]) * swept[i][k]
+            for j in size:
+                K[i][j] = K[i][j] + weight * forces[k][j]
+    order = [i for i in size if i not in tangents] + [i for i in size if i in tangents]
+    factors = Factors.of(K, order)
     for k in size:
+        sound = _sounder(sound, K[k][k], 0.0 if k in tangents else SINGULAR, k not in tangents)
+    inverse: Matrix = [[mask[i] * mask[j] * swept[i][j] for j in size] for i in size]
+    return Border([list(row) for row in S], factors, list(mask), forces, inverse, sound)
+
+
+def _times(A: Matrix, x: Sequence[Number]) -> list[Any]:
+    found: list[Any] = []
+    for row in A:
+        total: Any = 0.0
+        for a, b in zip(row, x, strict=True):
+            total = total + a * b
+        found.append(total)
+    return found
+
+
+def _swept(S: Sequence[Sequence[Number]], mask: Sequence[Number]) -> tuple[Matrix, Any]:
+    """S once its rows in use R have been swept: -S^-1 in these, S_XR S^-1 in others; and whether R is independent."""
+    size = range(len(S))
+    A: Matrix = [list(row) for row in S]
+    sound: Any = 1.0
+    for k in size:
+        sound = _sounder(sound, mask[k] * A[k][k] + (1.0 - mask[k]), SINGULAR * mask[k] * S[k][k], False)
         inverse = mask[k] * divide(1.0, where(mask[k] > 0.0, A[k][k], 1.0))
         column = [A[min(i, k)][max(i, k)] for i in size]  # A is kept in its upper triangle
         for i in size:
@@ -131,4 +182,4 @@ def _shares(S: Sequence[Sequence[Number]], mask: Sequence[Number], extra: Sequen
             elif i > k:
                 A[k][i] = swept
         A[k][k] = where(mask[k] > 0.0, -inverse, A[k][k])
-    return [[extra[i] * mask[j] * (A[min(i, j)][max(i, j)] if i != j else 0.0) for j in size] for i in size]
+    return [[A[min(i, j)][max(i, j)] for j in size] for i in size], sound

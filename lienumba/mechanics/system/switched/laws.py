@@ -17,7 +17,7 @@ from lienumba.mechanics.elements.contacts.geometry import carried, hemisphere
 from lienumba.mechanics.elements.joints import parts
 from lienumba.mechanics.mechanism.kinematics import OFF, Law, View
 from lienumba.mechanics.mechanism.model import Contact, Coordinate, Limit, Lock, Model
-from lienumba.mechanics.system.switches import CONTACT, FRICTION, LIMIT, LOCK, Switch, is_ball, switches_of
+from lienumba.mechanics.system.switches import CONTACT, FRICTION, GRIP, LIMIT, LOCK, Switch, is_ball, switches_of
 from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import maximum, sqrt, where
@@ -117,14 +117,36 @@ def keeps(model: Model, switch: Switch, view: View, rates: Vector) -> Vector:
     if not switch.tangents:
         return ()
     found = direction(rates[switch.rows - switch.tangents :], (0.0,) * switch.tangents)
-    return found if switch.memories == switch.tangents else (*found, hemisphere(_normal(model, switch, view)))
+    if _moves(model, switch):
+        found = (*found, hemisphere(_normal(model, switch, view)))
+    return (*found, *GRIP) if switch.grips else found
 
 
 def heading(model: Model, switch: Switch, view: View, kept: Vector) -> tuple[Vector, Any]:
     """The direction of sliding that was kept, along the tangents as they are now, and the speed (m/s) with which: what
     is slower has no direction of its own (see `sliding`)."""
-    now = kept[: switch.tangents] if switch.memories == switch.tangents else carried(_normal(model, switch, view), kept)
+    now = _kept(model, switch, view, kept, 0)
     return direction(now, (0.0,) * switch.tangents), length(now)
+
+
+def grip(model: Model, switch: Switch, view: View, kept: Vector) -> tuple[Vector, list[list[Any]]]:
+    """How what sticks shares with others what holds them: lambda_t = c lambda_n + V y along its tangents, where y is
+    what contacts that are all alike would have. c and V = w (1 - g g^T), 2 x 2, from what was kept: c, then g and w."""
+    c, g, w = _kept(model, switch, view, kept, 0), _kept(model, switch, view, kept, -len(GRIP)), kept[-1]
+    return c, [[w * ((1.0 if a == b else 0.0) - g[a] * g[b]) for b in range(2)] for a in range(2)]
+
+
+def _kept(model: Model, switch: Switch, view: View, kept: Vector, first: int) -> Vector:
+    """What was kept along tangents, along these as they are now."""
+    own = tuple(kept[first:][: switch.tangents])
+    if not _moves(model, switch):
+        return own
+    return carried(_normal(model, switch, view), (*own, kept[switch.tangents]))
+
+
+def _moves(model: Model, switch: Switch) -> bool:
+    """Whether the tangents of a switch may jump, as its normal turns, and it remembers whose they are."""
+    return switch.what == CONTACT and switch.tangents > 0 and model.contacts[switch.index].normal is None
 
 
 def _normal(model: Model, switch: Switch, view: View) -> so3.Vec3:

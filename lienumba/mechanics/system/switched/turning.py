@@ -5,7 +5,7 @@ from typing import Any
 
 from lienumba.mechanics.elements.quantities import evaluate
 from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.kinematics import OFF, SLIDE, STICK, Instant
+from lienumba.mechanics.mechanism.kinematics import OFF, STICK, Instant
 from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import Limit, Model
 from lienumba.mechanics.system import constraints
@@ -30,7 +30,7 @@ def conditions(
 ) -> list[Any]:
     """Two numbers of each switch, true where above 0. The first: what is closed is pulled, what is open overlaps. The
     second: what sticks is pushed by more than it holds, or, where others hold it, moved by these (m/s or rad/s), what
-    slides slides back or creeps, what is open opens further (m/s); of what leans nothing. Gaps are relative to their
+    slides slides back or creeps, what is open opens further (m/s). Gaps are relative to their
     lengths. accelerations: of all bodies (6 k); mask: of all rows of C."""
     first, lengths = constraints.permanent_rows(model), scales.lengths(model, now)
     gaps, rates = constraints.residual(model, now)[first:], constraints.rates(model, now)[first:]
@@ -56,7 +56,7 @@ def conditions(
             fast = maximum(speeds[switch.first], _alone(model, switch, now, lengths[switch.first]))
             moved = absolute(rates[switch.first]) - ROUNDING * fast
             pushed = where(mask[first + switch.first] > 0.0, pushed, moved)
-        turns = where(mode.on > STICK, where(mode.on > SLIDE, 0.0, back), pushed) if switch.tangents else 0.0
+        turns = where(mode.on > STICK, back, pushed) if switch.tangents else 0.0
         if switch.what == FRICTION:
             found += [0.0, turns]
         else:

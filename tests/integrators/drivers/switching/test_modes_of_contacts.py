@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from lienumba.integrators import layout
-from lienumba.integrators.drivers import complementarity, impacts, reactions
-from lienumba.integrators.drivers.reactions import Reactions
-from lienumba.integrators.layout import KINETIC, LEAN, OFF, SLIDE, STATIC, STICK, UNILATERAL, Sizes
+from lienumba.integrators.drivers.switching import complementarity, impacts, modes, reactions
+from lienumba.integrators.drivers.switching.grips import Grips
+from lienumba.integrators.drivers.switching.reactions import Reactions
+from lienumba.integrators.layout import KINETIC, OFF, SLIDE, STATIC, STICK, UNILATERAL, Sizes
 
 PLANE = 3  # rows of a contact with friction
 
@@ -20,8 +21,9 @@ class Lane:
         S, switches = np.array(S, float), np.zeros((len(tangents), layout.SWITCH_NUMBERS), np.int64)
         memory = row = 0
         for s, n in enumerate(tangents):
-            switches[s] = UNILATERAL, row, 1 + n, n, memory, n, any(tangents)
-            row, memory = row + 1 + n, memory + n
+            grips = 3 if n > 0 and len(tangents) > 1 else 0
+            switches[s] = UNILATERAL, row, 1 + n, n, memory, n + grips, any(tangents), memory + n if grips else -1
+            row, memory = row + 1 + n, memory + n + grips
         self.sizes = Sizes(0, 99, 0, 0, 0, 0, 1, 2, 0, 0, switched=row, switches=len(tangents), memory=memory)
         self.first = layout.workspace(self.sizes)
         self.rows = np.zeros((self.first.work, 1))
@@ -31,12 +33,13 @@ class Lane:
         for i in range(row):
             for j in range(i + 1):
                 self.put(lambda sizes: 0, layout.border_place(i, j), S[i, j])
-        v = [np.zeros(row) for _ in range(13)]
-        law, friction, bound, least, begins = (np.zeros(len(tangents)) for _ in range(5))
+        v = [np.zeros(row) for _ in range(18)]
+        law, friction, bound, least, begins, paces, static = (np.zeros(len(tangents)) for _ in range(7))
         p = complementarity.Problem(
             np.zeros_like(S), v[0], switches, law, friction, bound, *v[1:9], np.zeros((row, row + 1)), least
         )  # fmt: skip
-        self.r = Reactions(p, *v[9:13], begins)
+        grip = Grips(np.zeros_like(S), v[13], static, *v[14:18])
+        self.r = Reactions(p, *v[9:13], begins, paces, grip)
 
     def put(self, where: Any, which: Any, values: Any) -> None:
         """Into what `border` writes."""
@@ -48,11 +51,16 @@ class Lane:
 
     def modes(self) -> int:
         reactions.read(self.r, *self.place)
-        return reactions.modes(self.r, *self.place)
+        return modes.decide(self.r, *self.place)
 
     @property
     def place(self) -> tuple[Any, ...]:
         return self.rows, self.first, self.sizes, 0
+
+    @property
+    def memory(self) -> Any:
+        start = self.first.state + layout.memory_row(self.sizes)
+        return self.rows[start : start + self.sizes.memory, 0].copy()
 
     @property
     def on(self) -> list[float]:
@@ -74,8 +82,17 @@ def test_what_says_the_same_sticks_or_slides_together(push: float, on: list[int]
     assert pushed(push, 0.2, 0.2).on == on
 
 
-def test_what_has_no_more_friction_to_give_leans_where_others_hold() -> None:
-    assert pushed(1.8, 0.1, 0.3).on == [LEAN, STICK]
+@pytest.mark.parametrize("push", [0.1, 1.0, 1.8, 1.999])
+def test_each_foot_gives_as_large_a_part_of_its_friction_as_the_other(push: float) -> None:
+    lane = pushed(push, 0.1, 0.3)
+    assert lane.on == [STICK, STICK]
+    kept = lane.memory.reshape(2, -1)
+    pressed = 5.0  # of each foot
+    c, g, w = kept[:, :2], kept[:, 2:4], kept[:, 4]
+    np.testing.assert_allclose(c, [[-0.1 * push / 2, 0], [-0.3 * push / 2, 0]], atol=1e-12)
+    np.testing.assert_allclose(c[:, 0] * pressed, [-0.25 * push, -0.75 * push], rtol=1e-10)
+    np.testing.assert_allclose(np.linalg.norm(g, axis=1), push / 2, rtol=1e-6)
+    assert w[0] / w[1] == pytest.approx(1 / 3)
 
 
 def test_what_presses_with_nothing_opens() -> None:

@@ -5,8 +5,8 @@ import numpy as np
 
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.complementarity import HOLDS, PRESSES, SOLVED, size, solve
-from lienumba.integrators.drivers.reactions import STILL, Reactions, along, number, spread, still, touches
+from lienumba.integrators.drivers.switching.complementarity import HOLDS, PRESSES, SOLVED, size, solve
+from lienumba.integrators.drivers.switching.reactions import STILL, Reactions, along, number, spread, still, touches
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     BILATERAL,

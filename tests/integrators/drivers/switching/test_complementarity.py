@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from lienumba.compiler.flat import Flat, compiled
 from lienumba.compiler.routines.marks import Integers1
-from lienumba.integrators.drivers.complementarity import (
+from lienumba.integrators.drivers.switching.complementarity import (
     BOUNDED,
     FEW,
     FREE,

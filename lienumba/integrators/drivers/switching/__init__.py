@@ -1,0 +1,1 @@
+"""What switched constraints do at a change, of one run."""

@@ -1,0 +1,193 @@
+"""How contacts that rest share what holds them, of one run, where several say the same.
+
+As if each gave way a little to a small motion z of all: its normal force is that of a spring, along its tangents it
+carries mu N u / sqrt(1 + |u|^2), u being z along them, as a part of the largest mu N. That is all that any of them may
+only where no forces within Coulomb's disks hold what rests: so all that have to slip reach their limits together, and
+each as late as it can. Forces are found by Newton's method; between changes a step has what the law is to first order.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from lienumba.compiler.routines.marks import Floats1, Floats2, apart, inlined
+from lienumba.integrators.drivers.switching.complementarity import Problem, eliminate
+from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_GRIP, SWITCH_SHARES
+
+AT_EDGE = 1e4  # u: all but 5e-9 of what there may be
+PATIENCE, HALVINGS = 60, 12  # Newton steps, and how often one is halved
+BALANCED, NEARLY = 1e-13, 1e-7  # of the largest load: rounding, and what is close to a limit
+FAINT = 1e-9  # of the largest mu N: what presses by less counts as this
+SOFTEST = 1e-8  # of 1 - |g|^2
+
+
+class Grips(NamedTuple):
+    """whole (q, q): 1 + G of `mechanics.system.switched.border`, its columns those of rows that are taken; carries
+    (q,): 1 for rows that have a force of their own; static (s,): coefficients; y, z, forces, loads (q,): see `find`."""
+
+    whole: Floats2
+    carries: Floats1
+    static: Floats1
+    y: Floats1
+    z: Floats1
+    forces: Floats1
+    loads: Floats1
+
+
+@apart
+def depend(p: Problem, g: Grips, taken: Floats1) -> bool:
+    """1 + G, from what all else has left of S in `matrix`; whether any rows say the same."""
+    q, some = p.free.size, False
+    for k in range(q):
+        if g.carries[k] != 0.0 and taken[k] != 0.0:
+            pivot = p.matrix[k, k]
+            for i in range(q):
+                if i != k and g.carries[i] != 0.0:
+                    for j in range(q):
+                        if j != k:
+                            p.matrix[i, j] -= p.matrix[i, k] * p.matrix[k, j] / pivot
+            for i in range(q):
+                p.matrix[i, k] /= pivot
+                p.matrix[k, i] = p.matrix[i, k] if i != k else -1.0 / pivot
+    for i in range(q):
+        free = g.carries[i] != 0.0 and taken[i] == 0.0
+        some = some or free
+        for j in range(q):
+            whole = 1.0 if i == j and g.carries[i] != 0.0 and taken[i] != 0.0 else 0.0
+            g.whole[i, j] = p.matrix[i, j] if free and g.carries[j] != 0.0 and taken[j] != 0.0 else whole
+    return some
+
+
+@inlined
+def _parts(p: Problem, g: Grips, switch: int, scale: float) -> tuple[float, float, float]:
+    """Of what a contact has along its tangents: w, and u."""
+    first = p.switches[switch, SWITCH_FIRST]
+    w = max(g.static[switch] * g.forces[first], FAINT * scale) / scale
+    return w, g.z[first + 1] / scale, g.z[first + 2] / scale
+
+
+@inlined
+def grips(p: Problem, g: Grips, switch: int) -> bool:
+    """Whether it has a force of its own along its tangents."""
+    return p.switches[switch, SWITCH_GRIP] >= 0 and g.carries[p.switches[switch, SWITCH_FIRST] + 1] != 0.0
+
+
+@apart
+def _unbalanced(p: Problem, g: Grips, scale: float) -> float:
+    """Forces of y, and by how much they miss the loads; to the last column of `matrix` with a minus."""
+    q, worst = p.free.size, 0.0
+    for i in range(q):
+        total = 0.0
+        for j in range(q):
+            total += g.whole[i, j] * g.y[j]
+        g.z[i] = g.forces[i] = total
+    for s in range(p.law.size):
+        if grips(p, g, s):
+            first, (w, u, v) = p.switches[s, SWITCH_FIRST], _parts(p, g, s, scale)
+            most = w * scale / np.sqrt(1.0 + u * u + v * v)
+            g.forces[first + 1], g.forces[first + 2] = most * u, most * v
+    for j in range(q):
+        total = g.loads[j]
+        for i in range(q):
+            total -= g.whole[i, j] * g.forces[i]
+        worst = max(worst, max(total, -total))
+        p.matrix[j, q] = total
+    return worst
+
+
+@apart
+def _stiffness(p: Problem, g: Grips, scale: float) -> None:
+    """How the loads grow with y, to `matrix`, scaled such that its diagonal is 1; the scales to `diagonal`."""
+    q = p.free.size
+    for i in range(q):
+        for j in range(q):
+            p.matrix[i, j] = 0.0
+    for s in range(p.law.size):
+        first = p.switches[s, SWITCH_FIRST]
+        if p.switches[s, SWITCH_SHARES] != 0 and g.carries[first] != 0.0:
+            for i in range(q):
+                for j in range(q):
+                    p.matrix[i, j] += g.whole[first, i] * g.whole[first, j]
+        if grips(p, g, s):
+            w, u, v = _parts(p, g, s, scale)
+            one = 1.0 + u * u + v * v
+            part, along = w / (one * np.sqrt(one)), g.static[s] / np.sqrt(one)
+            xx, xy, yy = part * (one - u * u), -part * u * v, part * (one - v * v)
+            for j in range(q):
+                x = along * u * g.whole[first, j] + xx * g.whole[first + 1, j] + xy * g.whole[first + 2, j]
+                y = along * v * g.whole[first, j] + xy * g.whole[first + 1, j] + yy * g.whole[first + 2, j]
+                for i in range(q):
+                    p.matrix[i, j] += g.whole[first + 1, i] * x + g.whole[first + 2, i] * y
+    for i in range(q):
+        p.diagonal[i] = 1.0 / np.sqrt(p.matrix[i, i]) if p.matrix[i, i] > 0.0 else 1.0
+    for i in range(q):
+        for j in range(q):
+            p.matrix[i, j] *= p.diagonal[i] * p.diagonal[j]
+        p.matrix[i, q] *= p.diagonal[i]
+
+
+@apart
+def find(p: Problem, g: Grips, taken: Floats1) -> tuple[float, float]:
+    """Forces that do what those of x do, of all rows that carry, and the motion z = whole y for that; returns the
+    largest |u| and the largest mu N. Where there are none, |u| is beyond `AT_EDGE`, and z is how everything slips."""
+    q, scale, largest = p.free.size, 0.0, 0.0
+    for j in range(q):
+        g.loads[j], g.y[j] = 0.0, 0.0
+        for i in range(q):
+            g.loads[j] += g.whole[i, j] * p.x[i]
+        largest = max(largest, max(g.loads[j], -g.loads[j]))
+    for s in range(p.law.size):
+        first = p.switches[s, SWITCH_FIRST]
+        if g.carries[first] != 0.0 and taken[first] != 0.0:
+            g.y[first] = p.x[first]
+        if grips(p, g, s):
+            scale = max(scale, g.static[s] * p.x[first])
+    if not scale > 0.0:
+        return 0.0, 0.0
+    worst = _unbalanced(p, g, scale)
+    for _ in range(PATIENCE):
+        slips = worst <= NEARLY * largest and _farthest(p, g, scale) > AT_EDGE
+        if slips or worst <= BALANCED * largest:
+            break
+        _stiffness(p, g, scale)
+        eliminate(p.matrix, q, p.step)
+        for i in range(q):
+            p.best[i], p.step[i] = g.y[i], p.diagonal[i] * p.step[i]
+        before, part = worst, 1.0
+        for _ in range(HALVINGS):
+            for i in range(q):
+                g.y[i] = p.best[i] + part * p.step[i]
+            worst, part = _unbalanced(p, g, scale), 0.5 * part
+            if worst < before:
+                break
+        if not worst < before:
+            break
+    return _farthest(p, g, scale), scale
+
+
+@apart
+def _farthest(p: Problem, g: Grips, scale: float) -> float:
+    """The largest |u|."""
+    most = 0.0
+    for s in range(p.law.size):
+        if grips(p, g, s):
+            _, u, v = _parts(p, g, s, scale)
+            most = max(most, np.sqrt(u * u + v * v))
+    return most
+
+
+@apart
+def kept(p: Problem, g: Grips, switch: int, scale: float) -> tuple[float, float, float, float, float]:
+    """What a contact remembers of it: c, g and w of `laws.grip`, such that a step begins with these forces."""
+    first, (w, u, v) = p.switches[switch, SWITCH_FIRST], _parts(p, g, switch, scale)
+    one = 1.0 + u * u + v * v
+    soft = np.sqrt(min(1.0 / one, (1.0 - SOFTEST) / max(one - 1.0, FAINT)))
+    gx, gy, w, x, y = soft * u, soft * v, w / np.sqrt(one), 0.0, 0.0
+    for s in range(p.law.size):  # what a motion along the normals alone, with which a step then begins, is along these
+        j = p.switches[s, SWITCH_FIRST]
+        x, y = x + g.whole[first + 1, j] * g.y[j], y + g.whole[first + 2, j] * g.y[j]
+    along, normal = gx * x + gy * y, g.forces[first]
+    if not normal > FAINT * scale:
+        return 0.0, 0.0, gx, gy, w
+    c, d = (g.forces[first + 1] - w * (x - gx * along)) / normal, (g.forces[first + 2] - w * (y - gy * along)) / normal
+    return c, d, gx, gy, w

@@ -1,0 +1,312 @@
+"""How switched constraints go on from a change, of one run: which close, stick or slide, and how sliding begins."""
+
+import numpy as np
+
+from lienumba.compiler.routines.marks import apart, inlined
+from lienumba.integrators import layout
+from lienumba.integrators.drivers.acting import fired, used
+from lienumba.integrators.drivers.switching import grips
+from lienumba.integrators.drivers.switching.complementarity import BOUNDED, FREE, HOLDS, PRESSES, SLIDES, size, solve
+from lienumba.integrators.drivers.switching.reactions import (
+    AT_ONCE,
+    RESTS,
+    SMOOTHLY,
+    Reactions,
+    along,
+    number,
+    slow,
+    spread,
+    still,
+    touches,
+)
+from lienumba.integrators.drivers.switching.used_rows import PHASES, SHARED, TANGENT, UNKNOWN, held, remove, take, want
+from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.layout import (
+    FRICTION,
+    OFF,
+    SLIDE,
+    STICK,
+    SWITCH_FIRST,
+    SWITCH_KIND,
+    SWITCH_ROWS,
+    SWITCH_TANGENTS,
+    UNILATERAL,
+    Sizes,
+    Workspace,
+)
+
+SLIGHT = 1e-9  # of the largest force: what slips or leaves by less does not
+SHARING = 1e3  # times that: what is left of a force that is none where contacts share
+EDGE = 1e-6  # of the most that friction can be
+HEADS, CREEPS = 0.01, 0.75  # of `still`: how fast it is made to begin, in the one case and in the other
+FOLLOWS = 0.01  # of the fastest slip: what slips slower rests
+
+
+@inlined
+def _fired(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, which: int) -> bool:
+    """Whether a condition of a switch has become true now."""
+    return fired(sizes, first, rows, lane, sizes.events + layout.CONDITIONS * switch + which)
+
+
+@inlined
+def _on_edge(r: Reactions, switch: int) -> bool:
+    """Whether friction is as large as it may be: what begins to slide has no acceleration yet."""
+    p = r.problem
+    most = p.bound[switch]
+    if p.law[switch] != BOUNDED:
+        most = p.friction[switch] * p.x[p.switches[switch, SWITCH_FIRST]]
+    return along(r, switch, p.x) > (1.0 - EDGE) * most
+
+
+@apart
+def _may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
+    """The laws of what holds, rests or slides, with the accelerations that all else gives."""
+    p, on = r.problem, first.state + layout.on_row(sizes)
+    for i in range(sizes.switched):
+        p.free[i] = rows[first.change + layout.border_accelerations(sizes) + i, lane]
+    for s in range(sizes.switches):
+        kind, row = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST]
+        closed, speed, rest = rows[on + s, lane] != OFF, along(r, s, r.rates), still(rows, first, sizes, lane, s)
+        force = rows[first.change + layout.change_forces(sizes) + s, lane]
+        p.least[s] = force if force < np.inf else 0.0
+        if kind == layout.BILATERAL and closed:
+            p.law[s] = float(HOLDS)
+        if kind == UNILATERAL and r.rates[row] <= rest and (closed or touches(rows, first, sizes, lane, s, row)):
+            p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, layout.STATIC)
+            if speed > slow(rows, first, sizes, lane, s):
+                _slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / speed)
+        if kind == FRICTION:
+            p.law[s], p.bound[s] = float(BOUNDED), number(rows, first, sizes, lane, s, layout.STATIC_EFFORT)
+            carried = rows[on + s, lane] == STICK and not used(sizes, first, rows, p.switches, lane, s)
+            if speed > (0.0 if carried and _fired(rows, first, sizes, lane, s, layout.SLIDES) else rest):
+                _slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / speed)
+
+
+@inlined
+def _slide(
+    r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, along: np.ndarray, scale: float
+) -> None:
+    """A switch slides along `scale * along`; the friction of a joint is a load."""
+    p = r.problem
+    end = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
+    for i in range(end - p.switches[switch, SWITCH_TANGENTS], end):
+        p.direction[i] = scale * along[i]
+    if p.law[switch] == BOUNDED:
+        row = p.switches[switch, SWITCH_FIRST]
+        p.law[switch], p.x[row] = float(FREE), 0.0
+        load = -number(rows, first, sizes, lane, switch, layout.KINETIC_EFFORT) * p.direction[row]
+        for i in range(p.free.size):
+            p.free[i] += p.S[i, row] * load
+    else:
+        p.law[switch], p.friction[switch] = float(SLIDES), number(rows, first, sizes, lane, switch, layout.KINETIC)
+
+
+@apart
+def _slips(r: Reactions, switch: int, largest: float) -> bool:
+    """Whether what was at rest begins to slide."""
+    p, scale = r.problem, 0.0
+    end = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
+    for i in range(end - p.switches[switch, SWITCH_TANGENTS], end):
+        scale += p.S[i, i]
+    least = SLIGHT * largest * scale
+    if p.law[switch] == BOUNDED:  # the acceleration of what nothing can move is rounding
+        least = max(least, r.least[end - 1] * p.bound[switch])
+    return along(r, switch, p.rates) > least
+
+
+@apart
+def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> int:
+    """How every switch goes on, to the state; see `complementarity.solve`."""
+    p, largest = r.problem, 0.0
+    _may_act(r, rows, first, sizes, lane)
+    for i in range(sizes.switched):
+        if p.S[i, i] > 0.0:
+            largest = max(largest, size(p.free[i]) / p.S[i, i])
+    for _ in range(2 * sizes.switches + 1):  # what begins to slide has less friction: others may begin, too
+        said = solve(p)
+        if said != 0:
+            return said
+        if not _begin(r, rows, first, sizes, lane, largest) and not _settle(
+            r, rows, first, sizes, lane, SLIGHT * largest
+        ):
+            break
+    return 0
+
+
+@apart
+def _begin(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, largest: float) -> bool:
+    """What was at rest begins to slide, along its acceleration, once everything that begins has its kinetic friction;
+    returns whether anything has changed by that."""
+    p, less, slid = r.problem, False, False
+    for s in range(sizes.switches):
+        rests = (p.law[s] == PRESSES or p.law[s] == BOUNDED) and p.switches[s, SWITCH_TANGENTS] > 0
+        pressed = p.law[s] == BOUNDED or p.x[p.switches[s, SWITCH_FIRST]] > 0.0
+        kinetic = number(rows, first, sizes, lane, s, layout.KINETIC)
+        if rests and pressed and p.law[s] == PRESSES and p.friction[s] > kinetic and _slips(r, s, largest):
+            p.friction[s], less = kinetic, True
+    for s in range(0 if less else sizes.switches):
+        rests = (p.law[s] == PRESSES or p.law[s] == BOUNDED) and p.switches[s, SWITCH_TANGENTS] > 0
+        pressed = p.law[s] == BOUNDED or p.x[p.switches[s, SWITCH_FIRST]] > 0.0
+        if rests and pressed and _slips(r, s, largest):
+            _slide(r, rows, first, sizes, lane, s, p.rates, 1.0 / along(r, s, p.rates))
+            r.begins[s], slid = AT_ONCE, True
+        elif p.law[s] == BOUNDED and _fired(rows, first, sizes, lane, s, layout.SLIDES) and _on_edge(r, s):
+            _slide(r, rows, first, sizes, lane, s, p.x, -1.0 / along(r, s, p.x))
+            r.begins[s], slid = SMOOTHLY, True
+    return less or slid
+
+
+@apart
+def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, slight: float) -> bool:
+    """Modes to the state, from laws, forces and accelerations. What presses, or is held by no others, is closed; how
+    what rests shares what holds it is found anew. Where that is no more possible, what rested slips: returns whether
+    anything does, which changes forces."""
+    p, on, asks = r.problem, first.state + layout.on_row(sizes), False
+    before = first.conditions + layout.conditions(sizes) + sizes.events
+    pulls = first.conditions + sizes.events + layout.OPENS  # minus the force with which the step began
+    for s in range(sizes.switches):
+        kind, row, bare = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS] == 0
+        how = rows[before + s, lane]
+        if kind == FRICTION:
+            how = float(STICK) if p.law[s] == BOUNDED else float(SLIDE)
+        if kind == UNILATERAL:
+            pressed = p.law[s] >= PRESSES and p.rates[row] <= slight * p.S[row, row]
+            idle, had = pressed and p.x[row] <= slight, -rows[pulls + layout.CONDITIONS * s, lane]
+            faint = pressed and p.x[row] <= max(slight, SLIGHT * had)
+            pressed = pressed and not (faint and how != OFF and _fired(rows, first, sizes, lane, s, layout.OPENS))
+            pressed = pressed and not (idle and _drawn(r, row))
+            how = (float(SLIDE) if p.law[s] == SLIDES or bare else float(STICK)) if pressed else float(OFF)
+            asked = p.switches[s, layout.SWITCH_SHARES] != 0 and p.x[row] <= slight * SHARING if bare else idle
+            if pressed and asked:
+                how, asks = UNKNOWN, True
+        rows[on + s, lane] = how
+    if asks:
+        want(r, rows, first, sizes, lane)
+        for phase in range(PHASES):
+            take(r, float(phase))
+    for s in range(sizes.switches):
+        if rows[on + s, lane] == UNKNOWN:
+            slides = p.switches[s, SWITCH_TANGENTS] == 0 or p.law[s] == SLIDES
+            opens = held(r, p.switches[s, SWITCH_FIRST])
+            rows[on + s, lane] = float(OFF) if opens else float(SLIDE) if slides else float(STICK)
+    slid = _grip(r, rows, first, sizes, lane, slight)
+    for s in range(sizes.switches):
+        row, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS]
+        if rows[on + s, lane] >= SLIDE:
+            end, speed = row + p.switches[s, SWITCH_ROWS], slow(rows, first, sizes, lane, s)
+            for n in range(tangents):
+                memory = first.state + layout.memory_row(sizes) + p.switches[s, layout.SWITCH_MEMORY] + n
+                rows[memory, lane] = p.direction[end - tangents + n] * (speed if tangents > 1 else 1.0)
+            for n in range(tangents, p.switches[s, layout.SWITCH_MEMORIES]):
+                memory = p.switches[s, layout.SWITCH_MEMORY] + n
+                measured = rows[first.change + layout.border_memory(sizes) + memory, lane]
+                rows[first.state + layout.memory_row(sizes) + memory, lane] = measured
+    return slid
+
+
+@apart
+def _independent(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
+    """Choose rows that are independent; which of all contacts' carry, and what else that is used leaves of S."""
+    p, g = r.problem, r.grips
+    want(r, rows, first, sizes, lane)
+    for phase in range(PHASES):
+        take(r, float(phase))
+    for i in range(sizes.switched):
+        g.carries[i] = 1.0 if r.wanted[i] == SHARED or r.wanted[i] == TANGENT else 0.0
+        for j in range(sizes.switched):
+            p.matrix[i, j] = p.S[i, j]
+    for i in range(sizes.switched):
+        if r.taken[i] != 0.0 and g.carries[i] == 0.0:
+            remove(r, i)
+
+
+@apart
+def _grip(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, slight: float) -> bool:
+    """How contacts that rest share what holds them, to their memory. Where one of them has all the friction that it may
+    have, and no others are left to hold it, what slips begins to slide; returns whether anything does."""
+    p, g, on, limit, slid = r.problem, r.grips, first.state + layout.on_row(sizes), False, False
+    before = first.conditions + layout.conditions(sizes) + sizes.events
+    some, shared, fastest, scale = False, False, 0.0, 0.0
+    for s in range(sizes.switches):
+        g.static[s] = number(rows, first, sizes, lane, s, layout.STATIC)
+        rests = rows[on + s, lane] == STICK and p.law[s] == PRESSES
+        some = some or (rests and p.switches[s, layout.SWITCH_GRIP] >= 0)
+        rested = rests and rows[before + s, lane] == STICK
+        limit = limit or (rested and _fired(rows, first, sizes, lane, s, layout.SLIDES))
+    for i in range(sizes.switched):
+        g.carries[i] = 0.0
+    if some:
+        _independent(r, rows, first, sizes, lane)
+        shared = grips.depend(p, g, r.taken)
+    if shared:
+        fastest, scale = grips.find(p, g, r.taken)
+    for s in range(sizes.switches):
+        row, own = p.switches[s, SWITCH_FIRST], grips.grips(p, g, s)
+        rests = rows[on + s, lane] == STICK and p.law[s] == PRESSES and p.switches[s, SWITCH_TANGENTS] > 0
+        pace, edge = 1.0, rests and p.x[row] > slight and _on_edge(r, s)
+        if shared and own:
+            pace = along(r, s, g.z) / (scale * fastest) if fastest > grips.AT_EDGE else 0.0
+            edge = rests and p.x[row] > slight and pace > FOLLOWS
+        if limit and edge:
+            for i in range(row + 1, row + 3 if shared and own else row + 1):
+                p.x[i] = g.forces[i]
+            _slide(r, rows, first, sizes, lane, s, p.x, -1.0 / along(r, s, p.x))
+            r.begins[s], r.paces[s], slid = SMOOTHLY, pace, True
+        if own:
+            c, d, u, v, w = 0.0, 0.0, 0.0, 0.0, 1.0
+            if shared and scale > 0.0:
+                c, d, u, v, w = grips.kept(p, g, s, scale)
+            memory = first.state + layout.memory_row(sizes)
+            start, grip = memory + p.switches[s, layout.SWITCH_MEMORY], memory + p.switches[s, layout.SWITCH_GRIP]
+            rows[start, lane], rows[start + 1, lane] = c, d
+            rows[grip, lane], rows[grip + 1, lane], rows[grip + 2, lane] = u, v, w
+            for i in range(start + 2, grip):
+                rows[i, lane] = rows[first.change + layout.border_memory(sizes) + i - memory, lane]
+    return slid
+
+
+@apart
+def heads(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> bool:
+    """What begins to slide in a plane gets a speed, below that of rest, along its direction: what rounding has left of
+    its speed points anywhere, and where it points back friction would push it on. Impulses that do this, and keep all
+    rows in use as they are, to x, with the masks that `choose_rows` left; returns whether there are any. Together
+    with what accelerates at once, so that the speeds of one body fit each other."""
+    p, some, time, longest = r.problem, False, 0.0, np.inf
+    on = first.state + layout.on_row(sizes)
+    for s in range(sizes.switches):
+        rest, plane = still(rows, first, sizes, lane, s), p.switches[s, SWITCH_TANGENTS] == 2
+        some = some or (plane and rows[on + s, lane] == STICK and along(r, s, r.rates) > rest)
+        if r.begins[s] != RESTS and plane:
+            some, a = True, along(r, s, p.rates)
+            if r.begins[s] == AT_ONCE:
+                time, longest = max(time, HEADS * rest / a), min(longest, CREEPS * rest / a)
+    if not some:
+        return False
+    for i in range(sizes.switched):
+        p.x[i], r.wanted[i], p.free[i] = 0.0, r.taken[i], 0.0
+    for s in range(sizes.switches):
+        row = p.switches[s, SWITCH_FIRST] + p.switches[s, SWITCH_ROWS] - p.switches[s, SWITCH_TANGENTS]
+        if rows[on + s, lane] == STICK and p.switches[s, SWITCH_TANGENTS] == 2:
+            for i in range(row, row + 2):
+                p.free[i] = -r.rates[i]
+        if r.begins[s] != RESTS and p.switches[s, SWITCH_TANGENTS] == 2:
+            rest = still(rows, first, sizes, lane, s)
+            for i in range(row, row + 2):
+                fast = CREEPS * rest * r.paces[s] * p.direction[i]
+                fast = p.rates[i] * min(time, longest) if r.begins[s] == AT_ONCE else fast
+                r.wanted[i], p.free[i] = 1.0, fast - r.rates[i]
+    spread(r)
+    return True
+
+
+@apart
+def _drawn(r: Reactions, row: int) -> bool:
+    """Whether what begins to slide smoothly, without an acceleration by which it could be told, opens this row."""
+    p = r.problem
+    for s in range(r.begins.size):
+        end, rate = p.switches[s, SWITCH_FIRST] + p.switches[s, SWITCH_ROWS], 0.0
+        for i in range(end - p.switches[s, SWITCH_TANGENTS], end):
+            rate += p.S[row, i] * p.direction[i]
+        if r.begins[s] == SMOOTHLY and rate > 0.0:
+            return True
+    return False

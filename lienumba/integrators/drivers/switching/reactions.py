@@ -1,0 +1,149 @@
+"""What is known of switched constraints at a change, of one run, from what the kernel `border` wrote; see `impacts`,
+`modes` and `used_rows` for what follows from it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from lienumba.compiler.lanes import matrix
+from lienumba.compiler.routines.marks import Integers2, apart, inlined
+from lienumba.compiler.rows import ROW
+from lienumba.integrators import layout
+from lienumba.integrators.drivers.event_search import TOUCH
+from lienumba.integrators.drivers.switching.complementarity import (
+    FREE,
+    Problem,
+    eliminate,
+)
+from lienumba.integrators.drivers.switching.grips import Grips
+from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.layout import (
+    SWITCH_FIRST,
+    SWITCH_ROWS,
+    SWITCH_TANGENTS,
+    Sizes,
+    Workspace,
+)  # fmt: skip
+
+STILL = 1e-9  # of the largest speed of a switch so far: what moves no faster than this is at rest
+SLOW = 1e-7  # the same: what slides slower has no direction of its own
+INDEPENDENT, NOISE = 1e-10, 1e-12  # of a row's own size, and of that alone: a pivot below says that others say the same
+RESTS, AT_ONCE, SMOOTHLY = 0.0, 1.0, 2.0  # sliding begins: with an acceleration, or where its limit is just reached
+
+
+class Reactions(NamedTuple):
+    """rates (q,): of the switched rows before; least (q,): pivots below which rows say nothing new; wanted, taken (q,):
+    which of the rows may be used, and which are; begins (s,): whether and how sliding begins from rest; paces (s,):
+    where it begins smoothly how fast, the fastest being 1."""
+
+    problem: Problem
+    rates: np.ndarray
+    least: np.ndarray
+    wanted: np.ndarray
+    taken: np.ndarray
+    begins: np.ndarray
+    paces: np.ndarray
+    grips: Grips
+
+
+@apart
+def room(at: Workspace, sizes: Sizes, switches: Integers2) -> Reactions:
+    """Where one run at a time is worked on."""
+    q, s = sizes.switched, sizes.switches
+    address = at.change + ROW * layout.change_room(sizes)
+    v = matrix(address, q + layout.CHANGE_VECTORS, q)
+    system = matrix(address + 8 * q * (q + layout.CHANGE_VECTORS), q, q + 1)
+    p = Problem(
+        v[0:q], v[q], switches, v[q + 1][:s], v[q + 2][:s], v[q + 3][:s], v[q + 4], v[q + 5], v[q + 6], v[q + 7],
+        v[q + 8], v[q + 9], v[q + 10], v[q + 11], system, v[q + 12][:s],
+    )  # fmt: skip
+    whole = matrix(address + 8 * q * (2 * q + layout.CHANGE_VECTORS + 1), q, q)
+    g = Grips(whole, v[q + 18], v[q + 19][:s], v[q + 20], v[q + 21], v[q + 22], v[q + 23])
+    return Reactions(p, v[q + 13], v[q + 14], v[q + 15], v[q + 16], v[q + 17][:s], v[q + 24][:s], g)
+
+
+@apart
+def read(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
+    """S and the rates of a lane; no laws, and no impulses."""
+    p, n = r.problem, first.change
+    for i in range(sizes.switched):
+        for j in range(i + 1):
+            p.S[i, j] = p.S[j, i] = rows[n, lane]
+            n += 1
+    for i in range(sizes.switched):
+        r.rates[i] = rows[first.change + layout.border_rates(sizes) + i, lane]
+        r.least[i] = INDEPENDENT * p.S[i, i] + NOISE * rows[first.change + layout.border_alone(sizes) + i, lane]
+        p.free[i], p.x[i], p.direction[i], r.wanted[i] = r.rates[i], 0.0, 0.0, 0.0
+    for s in range(sizes.switches):
+        p.law[s], p.friction[s], p.bound[s], p.least[s], r.begins[s] = float(FREE), 0.0, 0.0, 0.0, RESTS
+        r.paces[s] = 1.0
+
+
+@inlined
+def number(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, which: int) -> float:
+    """A coefficient of a switch."""
+    return rows[first.change + layout.border_numbers(sizes) + layout.CONTACT_NUMBERS * switch + which, lane]
+
+
+@inlined
+def touches(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, row: int) -> bool:
+    """Whether a contact with this normal row does."""
+    gap = rows[first.change + layout.border_gaps(sizes) + row, lane]
+    return gap <= TOUCH * number(rows, first, sizes, lane, switch, layout.SIZE)
+
+
+@apart
+def hasten(rows: Rows, first: Workspace, sizes: Sizes, switches: Integers2, lane: int, begins: bool) -> None:
+    """The largest speeds of a lane's switches so far, and the forces that give these within their lengths; begins: with
+    the run."""
+    for s in range(sizes.switches):
+        row, speed = first.change + layout.change_speeds(sizes) + s, number(rows, first, sizes, lane, s, layout.SPEED)
+        speed = speed if begins or speed > rows[row, lane] else rows[row, lane]
+        i = switches[s, SWITCH_FIRST]
+        alone = rows[first.change + layout.border_alone(sizes) + i, lane]
+        gives = max(rows[first.change + layout.border_place(i, i), lane], NOISE * alone)
+        force = speed * speed / (gives * number(rows, first, sizes, lane, s, layout.SIZE)) if gives > 0.0 else np.inf
+        rows[row, lane], rows[first.change + layout.change_forces(sizes) + s, lane] = speed, force
+
+
+@inlined
+def still(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) -> float:
+    """How fast (m/s or rad/s) what is at rest may seem to be."""
+    return STILL * rows[first.change + layout.change_speeds(sizes) + switch, lane]
+
+
+@inlined
+def slow(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) -> float:
+    """How fast (m/s) what slides in a plane may be without a direction of its own: it may have come to rest."""
+    return SLOW * rows[first.change + layout.change_speeds(sizes) + switch, lane]
+
+
+@apart
+def spread(r: Reactions) -> None:
+    """Impulses, added to x, that change the rates of the wanted rows by what is in `free`."""
+    p, n = r.problem, 0
+    for i in range(p.free.size):
+        if r.wanted[i] != 0.0:
+            m = 0
+            for j in range(p.free.size):
+                if r.wanted[j] != 0.0:
+                    p.matrix[n, m] = p.S[i, j]
+                    m += 1
+            p.matrix[n, m] = p.free[i]
+            n += 1
+    eliminate(p.matrix, n, p.step)
+    n = 0
+    for i in range(p.free.size):
+        if r.wanted[i] != 0.0:
+            p.x[i] += p.step[n]
+            n += 1
+
+
+@inlined
+def along(r: Reactions, switch: int, x: np.ndarray) -> float:
+    """The length of what is along the tangents of a switch."""
+    p, total = r.problem, 0.0
+    end = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
+    for i in range(end - p.switches[switch, SWITCH_TANGENTS], end):
+        total += x[i] * x[i]
+    return np.sqrt(total)

@@ -1,0 +1,108 @@
+"""A block on feet that carry different parts of its weight, pushed more and more until it slips: as long as any forces
+within Coulomb's disks hold it, it rests. Against closed forms, and against motions that friction would have to stop."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+import lienumba
+from tests.oracles.changing import scenarios
+
+G, HEIGHT, END = scenarios.G, 0.1, 1.2
+SLIPS = 1.0  # s: the push grows so fast that the block slips then
+
+
+def block(feet: int, columns: dict[str, Any], **integrator: Any) -> dict[str, Any]:
+    """1 kg, pushed along (x, y) by t times `rate` at a point; feet at given places."""
+    names = ["rate_x", "rate_y", "at_x", "at_y", "above", *(f"{a}{n}" for n in range(feet) for a in "xy")]
+    contacts = [
+        {
+            "name": f"f{n}", "type": "point_plane", "bodies": ["block", "ground"], "restitution": 0,
+            "points": [[f"x{n}", f"y{n}", -HEIGHT], [0, 0, 0]], "friction": {"static": 0.3, "kinetic": 0.3},
+        }
+        for n in range(feet)
+    ]  # fmt: skip
+    body = {"name": "block", "mass": 1, "inertia": [0.1] * 3, "position": [0, 0, HEIGHT], "rotation": [1, 0, 0, 0]}
+    push = {"name": "push", "type": "force", "body": "block", "value": ["rate_x*t", "rate_y*t", 0]}
+    push |= {"point": ["at_x", "at_y", f"above - {HEIGHT}"]}
+    model = {"gravity": [0, 0, -G], "bodies": [body | scenarios.AT_REST], "contacts": contacts, "forces": [push]}
+    data = {"title": "A block", "parameters": dict.fromkeys(names, 0.1), "model": model}
+    data |= {"integrator": scenarios.settings(END, 1e-10, **integrator), "output": {"times": [0, SLIPS, END]}}
+    return data | {"sweep": scenarios.table({k: [float(x) for x in v] for k, v in columns.items()})}
+
+
+def columns(feet: Any, mu: Any, ratio: Any, rate: Any, at: Any, above: Any) -> dict[str, Any]:
+    """Of runs: feet (runs, n, 2), coefficients (runs, n), and so on."""
+    found = {"rate_x": rate[:, 0], "rate_y": rate[:, 1], "at_x": at[:, 0], "at_y": at[:, 1], "above": above}
+    for n in range(feet.shape[1]):
+        found |= {f"x{n}": feet[:, n, 0], f"y{n}": feet[:, n, 1]}
+    found = {f"parameters.{name}": x for name, x in found.items()}
+    for n in range(feet.shape[1]):
+        found |= {f"contacts.f{n}.friction.static": mu[:, n] * ratio, f"contacts.f{n}.friction.kinetic": mu[:, n]}
+    return found
+
+
+def first_slip(ds: Any) -> Any:
+    return np.nanmin(np.where(scenarios.kinds(ds, "slid"), ds.change_time.values, np.nan), axis=1)
+
+
+LINE = np.array([[[0.3, 0.0], [-0.1, 0.0]], [[0.12, 0.16], [-0.18, -0.24]], [[0.5, 0.0], [-0.08, 0.0]]])
+SQUARE = np.array([[[0.3, 0.1], [0.2, -0.3], [-0.1, 0.25], [-0.2, -0.1]]])
+
+
+@pytest.mark.parametrize(("feet", "coordinates"), [(2, "states"), (4, "joint")])
+def test_a_block_slips_when_it_has_all_the_friction_of_all_its_feet(feet: int, coordinates: str) -> None:
+    """Pushed beside its mass centre, at a height that shifts its weight from some of four feet to others."""
+    places = np.repeat(LINE, 2, axis=0) if feet == 2 else np.repeat(SQUARE, 6, axis=0)
+    mu, ratio = np.array([0.2, 0.2, 0.3, 0.3, 0.5, 0.5]), np.array([1.0, 1.4] * 3)
+    along = places[:, 0] / np.linalg.norm(places[:, 0], axis=1)[:, None]
+    rate, above = along * (mu * ratio * G / SLIPS)[:, None], np.full(6, 0.0 if feet == 2 else 0.06)
+    data = block(feet, columns(places, np.tile(mu[:, None], feet), ratio, rate, np.zeros((6, 2)), above))
+    data["integrator"] |= {"coordinates": coordinates} if coordinates == "joint" else {}
+    ds = lienumba.run(data, progress=False).isel(body=0)
+    assert (ds.status == 0).all()
+    np.testing.assert_allclose(first_slip(ds), SLIPS, rtol=1e-8)
+    np.testing.assert_allclose(ds.position[:, 1, :2], 0.0, atol=1e-10)
+    later = END - SLIPS  # in which the push exceeds kinetic friction by ever more
+    slid = mu * G * ((ratio - 1.0) * later**2 / 2.0 + ratio / SLIPS * later**3 / 6.0)
+    np.testing.assert_allclose(ds.position[:, 2, :2], slid[:, None] * along, atol=1e-8)
+    np.testing.assert_allclose(ds.angular_velocity[:, 2], 0.0, atol=1e-6)
+    assert abs(ds.energy_residual).max() < 1e-9
+
+
+def holds_until(feet: Any, mu: Any, rate: Any, at: Any) -> float:
+    """When a push that grows begins to move a block (s): of all motions of the floor's plane the first along which it
+    works more than all the friction that there is. The dual of forces within disks that hold it."""
+    pressed = np.linalg.solve(np.vstack([np.ones(3), feet.T]), [G, 0.0, 0.0])
+    load = np.array([*rate, at[0] * rate[1] - at[1] * rate[0]])
+
+    def when(motion: Any) -> float:
+        x, y, turn = motion / np.linalg.norm(motion)
+        speeds = np.hypot(x - turn * feet[:, 1], y + turn * feet[:, 0])
+        power = load @ [x, y, turn]
+        return mu * pressed @ speeds / power if power > 1e-9 else 1e9
+
+    rng = np.random.default_rng(0)
+    starts = [*(rng.normal(size=3) * [1, 1, 3] for _ in range(200)), np.array([*rate, 0.0])]
+    starts += [np.array([sign * y, -sign * x, sign]) for x, y in feet for sign in (1, -1)]  # about a foot
+    best = sorted(starts, key=when)[:5]
+    tries = [minimize(when, x, method="Nelder-Mead", options={"xatol": 1e-11, "fatol": 1e-13}) for x in best]
+    return min(when(best[0]), *(x.fun for x in tries))
+
+
+def test_a_block_rests_as_long_as_any_forces_hold_it() -> None:
+    """On three feet with coefficients of their own, pushed anywhere: it turns as it slips, or turns about a foot."""
+    rng, runs = np.random.default_rng(11), 12
+    feet = np.array([[0.3, 0.05], [-0.2, 0.3], [-0.15, -0.35]]) + rng.uniform(-0.08, 0.08, (runs, 3, 2))
+    mu, ratio = rng.uniform(0.1, 0.6, (runs, 3)), np.where(np.arange(runs) % 2, 1.0, rng.uniform(1.1, 1.5, runs))
+    angle, at = rng.uniform(0, 2 * np.pi, runs), rng.uniform(-0.4, 0.4, (runs, 2))
+    rate = np.column_stack([np.cos(angle), np.sin(angle)])
+    rate *= np.array([holds_until(*x) for x in zip(feet, mu * ratio[:, None], rate, at, strict=True)])[:, None]
+    ds = lienumba.run(block(3, columns(feet, mu, ratio, rate / SLIPS, at, np.zeros(runs))), progress=False)
+    assert (ds.status == 0).all()
+    np.testing.assert_allclose(first_slip(ds), SLIPS, rtol=2e-6)
+    np.testing.assert_allclose(ds.position.isel(body=0)[:, 1, :2], 0.0, atol=1e-9)
+    assert (np.linalg.norm(ds.velocity.isel(body=0, time=2), axis=-1) > 1e-3).all()
+    assert abs(ds.energy_residual).max() < 1e-7
