@@ -1,7 +1,9 @@
 """What ends a run, though no step tells it: what works nothing is in no book of energies, and conditions that have been
 true since they were last decided are not found again."""
 
-from lienumba.compiler.lanes import Lanes, choose, load, splat
+import numpy as np
+
+from lienumba.compiler.lanes import Lanes, Mask, choose, load, splat
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers.lane_queue import Plan
@@ -18,9 +20,10 @@ from lienumba.integrators.layout import (
     Sizes,
     Workspace,
 )
-from lienumba.numerics.operations import maximum
+from lienumba.numerics.operations import absolute, maximum
 
 BEYOND = 1e-6  # of the largest speed of a switch so far, of the force that gives this, of its length: no rounding
+FAINT = 1e-9  # of that force: what presses with less has no friction but rounding
 
 
 @inlined
@@ -34,6 +37,12 @@ def _excess(sizes: Sizes, at: Workspace, switch: int) -> Lanes:
     return choose(on == OFF, parts, held)
 
 
+@inlined
+def _presses_faintly(sizes: Sizes, at: Workspace, switch: int) -> Mask:
+    row = layout.conditions(sizes) + sizes.events + layout.CONDITIONS * switch + OPENS
+    return absolute(load(at.conditions, row)) < FAINT * load(at.change, layout.change_forces(sizes) + switch)
+
+
 @apart
 def judge(sizes: Sizes, at: Workspace, plan: Plan) -> Lanes:
     """The status of lanes in which at the end of the open step friction pushes, what holds moves, or a contact, a stop
@@ -41,12 +50,14 @@ def judge(sizes: Sizes, at: Workspace, plan: Plan) -> Lanes:
     fails, moving = splat(0.0), layout.conditions(sizes) + layout.pushing_row(sizes)
     for s in range(sizes.switches):
         status, kind = splat(codes.CONTRADICTS), plan.switches[s, SWITCH_KIND]
+        most = BEYOND * load(at.change, layout.change_speeds(sizes) + s)
         if kind != BILATERAL:
             fails = choose(_excess(sizes, at, s) > BEYOND, splat(codes.VIOLATED), fails)
             slides = load(at.new, layout.on_row(sizes) + s) == SLIDE
             if kind == UNILATERAL:
                 slides = load(at.new, layout.mask_row(sizes) + plan.switches[s, SWITCH_FIRST]) != 0.0
+                most = choose(slides & _presses_faintly(sizes, at, s), splat(np.inf), most)
             status = choose(slides, splat(codes.PUSHED), splat(codes.VIOLATED))
-        fast = load(at.conditions, moving + s) > BEYOND * load(at.change, layout.change_speeds(sizes) + s)
+        fast = load(at.conditions, moving + s) > most
         fails = choose(fast, status, fails)
     return fails

@@ -114,6 +114,13 @@ def _slips(r: Reactions, switch: int, largest: float) -> bool:
     return along(r, switch, p.rates) > least
 
 
+@inlined
+def _stays(r: Reactions, switch: int, largest: float) -> bool:
+    """Whether what rests is held, or stays closed though nothing presses: then it has no friction, and slides."""
+    p, row = r.problem, r.problem.switches[switch, SWITCH_FIRST]
+    return p.law[switch] == BOUNDED or p.x[row] > 0.0 or p.rates[row] <= SLIGHT * largest * p.S[row, row]
+
+
 @apart
 def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> int:
     """How every switch goes on, to the state; see `complementarity.solve`."""
@@ -140,13 +147,13 @@ def _begin(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, 
     p, less, slid = r.problem, False, False
     for s in range(sizes.switches):
         rests = (p.law[s] == PRESSES or p.law[s] == BOUNDED) and p.switches[s, SWITCH_TANGENTS] > 0
-        pressed = p.law[s] == BOUNDED or p.x[p.switches[s, SWITCH_FIRST]] > 0.0
+        pressed = _stays(r, s, largest)
         kinetic = number(rows, first, sizes, lane, s, layout.KINETIC)
         if rests and pressed and p.law[s] == PRESSES and p.friction[s] > kinetic and _slips(r, s, largest):
             p.friction[s], less = kinetic, True
     for s in range(0 if less else sizes.switches):
         rests = (p.law[s] == PRESSES or p.law[s] == BOUNDED) and p.switches[s, SWITCH_TANGENTS] > 0
-        pressed = p.law[s] == BOUNDED or p.x[p.switches[s, SWITCH_FIRST]] > 0.0
+        pressed = _stays(r, s, largest)
         if rests and pressed and _slips(r, s, largest):
             _slide(r, rows, first, sizes, lane, s, p.rates, 1.0 / along(r, s, p.rates))
             r.begins[s], slid = AT_ONCE, True
