@@ -79,10 +79,10 @@ WINDOW, MOST = 1e-6, 1000.0  # of the time of a run, and how many changes may be
 @apart
 def change(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
-    plan: Plan, end: float, table: Rows, limit: int, tolerance: float,
+    plan: Plan, end: float, step: float, table: Rows, limit: int, tolerance: float,
 ) -> None:  # fmt: skip
     """Change the runs that are CHANGED, at their time T and state. Afterwards these have other modes, velocities and
-    conditions, or a status."""
+    conditions, or a status. step: of explicit steps of given length, else 0."""
     x, p, lanes, switched = at.state, at.parameters, at.lanes, sizes.switches > 0
     forces = False
     for s in range(sizes.switches):
@@ -152,7 +152,7 @@ def change(
                 if rows[first.lanes + FREES, lane] != 0.0:
                     let_go(sizes, first, rows, plan, lane)
                 elif rows[first.lanes + CHANGED, lane] != 0.0 and rows[first.lanes + STATUS, lane] == 0.0:
-                    _go_on(r, sizes, first, rows, runs, queue, lane, forces)
+                    _go_on(r, sizes, first, rows, runs, queue, lane, forces, step)
             begins = load(lanes, PICKED) != 0.0
             if any_lane(begins):
                 call(kernels[layout.KICK], x, p, at.clock, impulses, at.now, at.work)
@@ -390,8 +390,9 @@ def _tell(
 
 @apart
 def _go_on(
-    r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, lane: int, forces: bool
-) -> None:
+    r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, lane: int, forces: bool,
+    step: float,
+) -> None:  # fmt: skip
     """Modes of a lane from now on, and what of that is a change, to the books."""
     p, on, before = r.problem, first.state + layout.on_row(sizes), first.conditions + layout.conditions(sizes)
     reactions.read(r, rows, first, sizes, lane)
@@ -403,6 +404,8 @@ def _go_on(
     for s in range(sizes.switches):  # what was, where conditions at the end of a step were
         rows[before + sizes.events + s, lane] = rows[on + s, lane]
     said = modes.decide(r, rows, first, sizes, lane) if forces else complementarity.SOLVED
+    if step > 0.0 and forces:
+        modes.blunt(r, rows, first, sizes, lane, step)
     used_rows.choose_rows(r, rows, first, sizes, lane)
     if said == complementarity.SOLVED and modes.heads(r, rows, first, sizes, lane):
         rows[first.lanes + PICKED, lane] = 1.0

@@ -307,6 +307,28 @@ def heads(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
 
 
 @apart
+def blunt(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, step: float) -> None:
+    """What slides across its direction at w is brought back at a rate of `sum |S_ij| mu_j N_j / w` at most, which
+    explicit steps of given length can follow where it is below 1/step. What begins to slide has no direction of its
+    own before."""
+    p, on, memory = r.problem, first.state + layout.on_row(sizes), first.state + layout.memory_row(sizes)
+    for s in range(sizes.switches):
+        row, rate = p.switches[s, SWITCH_FIRST], 0.0
+        if r.begins[s] == RESTS or rows[on + s, lane] != SLIDE or p.switches[s, SWITCH_TANGENTS] < 2:
+            continue
+        for other in range(sizes.switches):
+            i = p.switches[other, SWITCH_FIRST]
+            if rows[on + other, lane] == SLIDE and p.switches[other, SWITCH_TANGENTS] == 2:
+                a, b, c, d = -p.direction[row + 2], p.direction[row + 1], -p.direction[i + 2], p.direction[i + 1]
+                across = a * (p.S[row + 1, i + 1] * c + p.S[row + 1, i + 2] * d)
+                across += b * (p.S[row + 2, i + 1] * c + p.S[row + 2, i + 2] * d)
+                rate += size(across) * p.friction[other] * max(p.x[i], 0.0)
+        speed = max(slow(rows, first, sizes, lane, s), step * rate)
+        for n in range(2):
+            rows[memory + p.switches[s, layout.SWITCH_MEMORY] + n, lane] = speed * p.direction[row + 1 + n]
+
+
+@apart
 def _drawn(r: Reactions, row: int) -> bool:
     """Whether what begins to slide smoothly, without an acceleration by which it could be told, opens this row."""
     p = r.problem
