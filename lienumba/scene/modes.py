@@ -76,7 +76,8 @@ def mode_scene(
             return _seen(ds, where, modes, run)
         first = usual(ds, np.ones(ds.sizes["run"], bool)) if run is None else ShownRun(run, "")
         assert first is not None, "a dataset has a run"
-        return _seen(found_modes(source, runs=[first.run], allow_code=allow_code), where, modes, None)
+    # HDF5 may end the process where a file that is open is opened again
+    return _seen(found_modes(source, runs=[first.run], allow_code=allow_code), where, modes, None)
 
 
 def _is_path(source: object) -> bool:

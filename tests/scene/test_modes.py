@@ -1,14 +1,17 @@
 """Modes in motion: bodies that hang on a pivot move on arcs about it, a gyroscope's on circles, real modes fade or
 grow; and each is as large as is well seen."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import lienumba
 from lienumba.errors import ScenarioError
 from lienumba.scene import mode_scene
+from lienumba.store import files
 
 LENGTH = 0.5
 SHORT = {"integrator": {"step": 1e-3, "end_time": 0.5}}
@@ -47,6 +50,21 @@ def test_joints_stay_where_they_are_at_any_time() -> None:
     own = [mark.place for mark in run.mechanism.marks if mark.place.body == 0]
     assert abs(run.positions[0, 0] - [0, 0, -LENGTH]).max() > 0.1
     np.testing.assert_allclose(run.at(own), 0.0, atol=1e-12)
+
+
+def test_no_file_is_opened_twice_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """HDF5 ended the process of a file that was opened again while it was open."""
+    lienumba.run(pendulum() | {"output": {"every": 0.1}}, output=tmp_path / "runs.nc", progress=False)
+    opened, seen = files._opened, list[xr.Dataset]()
+
+    def watched(path: Path) -> xr.Dataset:
+        assert all(dataset._close is None for dataset in seen)
+        seen.append(opened(path))
+        return seen[-1]
+
+    monkeypatch.setattr(files, "_opened", watched)
+    assert mode_scene(tmp_path / "runs.nc").runs
+    assert len(seen) == 2
 
 
 def test_a_precession_moves_on_a_circle_by_its_phase() -> None:
