@@ -189,8 +189,9 @@ def _refuse_formulas(tokens: tuple[paths.Token, ...], parameters: "Parameters") 
 def _whole(value: object, tokens: list[paths.Token], shape: str) -> Any:
     """The nominal numbers of what varies as a whole; None where they are wrong in themselves."""
     what, keys, kind = WHOLES[shape]
-    of_quantities = [key for q in QUANTITIES.values() for key in q.rotations] if shape == ROTATION else []
-    if keys and tokens[-1] not in (*keys, *of_quantities):
+    if shape == ROTATION and tokens[0] == "quantities":
+        keys = (*keys, *(key for q in QUANTITIES.values() for key in q.rotations))
+    if keys and (tokens[-1] not in keys or "parameters" in tokens[2:]):  # a law of one's own has numbers of any name
         raise paths.PathError(f"does not lead to {what}", "give one, or a distribution of a number")
     try:
         adapter = _adapter(kind)

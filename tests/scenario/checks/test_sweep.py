@@ -373,3 +373,9 @@ def test_a_nominal_rotation_that_is_none(rotation: object) -> None:
     given = {"model": {"bodies": [top]}, "integrator": {"step": 0.1, "end_time": 1}, "sweep": {"runs": 2, "vary": vary}}
     with pytest.raises(ScenarioError, match=r"model\.bodies\.top\.rotation"):
         resolve(given)
+
+
+def test_a_number_of_a_law_of_ones_own_is_no_rotation_whatever_its_name() -> None:
+    path = "forces.shoulder_motor.parameters.target"
+    with pytest.raises(ScenarioError, match=f"the path {path} does not lead to a rotation; give one, or a distri"):
+        resolve("scenarios/arm_pd.toml", overrides={f'sweep.vary."{path}"': {"distribution": "rotation_uniform"}})
