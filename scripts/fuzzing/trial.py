@@ -27,7 +27,7 @@ from lienumba.scenario.start.samples_file import claimed_samples, sample
 from lienumba.scenario.start.study_start import check_starts
 
 SECONDS = 20.0  # of core time
-NEVER = re.compile(r"event_time|\bat\(|(first|last)_time\(|,|sqrt\((?!bob\.x\*\*2)")
+NEVER = re.compile(r"event_time|\bat\(|(first|last)_time\(|,|sqrt\((?!bob\.x\*\*2)|/\(t - ")
 VALIDATED, RUN, REFUSED = "validated", "run", "refused"
 
 
@@ -132,7 +132,7 @@ def _fault_of(error: ScenarioError) -> str:
 
 def _may_not_happen(scenario: dict) -> set[str]:
     """The measures and requirements about moments that a run need not see, events, first times, conditions, and about
-    roots of numbers of a run that may be negative."""
+    what has a pole, or roots of numbers of a run that may be negative."""
     found: set[str] = set()
     tables = [part.get(kind, ()) for kind in ("measures", "requirements") for part in (scenario["model"], scenario)]
     for one in chain(*tables):
