@@ -9,6 +9,7 @@ from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.layout import (
     BILATERAL,
+    FRICTION,
     OFF,
     OPENS,
     SLIDE,
@@ -27,12 +28,15 @@ FAINT = 1e-9  # of that force: what presses with less has no friction but roundi
 
 
 @inlined
-def _excess(sizes: Sizes, at: Workspace, switch: int) -> Lanes:
+def _excess(sizes: Sizes, at: Workspace, plan: Plan, switch: int) -> Lanes:
     """By how much, at the end of the open step, a contact, a stop or friction does what it cannot: pulls, or holds more
     than it may, as a part of the force that it is compared with, or overlaps though it is open, in its lengths."""
     row = layout.conditions(sizes) + sizes.events + layout.CONDITIONS * switch
     parts, slips = load(at.conditions, row + OPENS), load(at.conditions, row + SLIDES)
     on, force = load(at.new, layout.on_row(sizes) + switch), load(at.change, layout.change_forces(sizes) + switch)
+    if plan.switches[switch, SWITCH_KIND] == FRICTION:  # where others hold it, this is a speed
+        used = load(at.new, layout.mask_row(sizes) + plan.switches[switch, SWITCH_FIRST]) != 0.0
+        slips = choose(used, slips, splat(0.0))
     held = choose(on == STICK, maximum(parts, slips), parts) / force
     return choose(on == OFF, parts, held)
 
@@ -52,11 +56,12 @@ def judge(sizes: Sizes, at: Workspace, plan: Plan) -> Lanes:
         status, kind = splat(codes.CONTRADICTS), plan.switches[s, SWITCH_KIND]
         most = BEYOND * load(at.change, layout.change_speeds(sizes) + s)
         if kind != BILATERAL:
-            fails = choose(_excess(sizes, at, s) > BEYOND, splat(codes.VIOLATED), fails)
+            fails = choose(_excess(sizes, at, plan, s) > BEYOND, splat(codes.VIOLATED), fails)
             slides = load(at.new, layout.on_row(sizes) + s) == SLIDE
             if kind == UNILATERAL:
-                slides = load(at.new, layout.mask_row(sizes) + plan.switches[s, SWITCH_FIRST]) != 0.0
-                most = choose(slides & _presses_faintly(sizes, at, s), splat(np.inf), most)
+                used = load(at.new, layout.mask_row(sizes) + plan.switches[s, SWITCH_FIRST]) != 0.0
+                most = choose(slides & used & _presses_faintly(sizes, at, s), splat(np.inf), most)
+                slides = used
             status = choose(slides, splat(codes.PUSHED), splat(codes.VIOLATED))
         fast = load(at.conditions, moving + s) > most
         fails = choose(fast, status, fails)

@@ -106,3 +106,28 @@ def test_a_block_rests_as_long_as_any_forces_hold_it() -> None:
     np.testing.assert_allclose(ds.position.isel(body=0)[:, 1, :2], 0.0, atol=1e-9)
     assert (np.linalg.norm(ds.velocity.isel(body=0, time=2), axis=-1) > 1e-3).all()
     assert abs(ds.energy_residual).max() < 1e-7
+
+
+@pytest.mark.parametrize("share", [0.7, 1.4])
+def test_a_light_block_slips_at_its_own_time_whatever_stands_beside_it(share: float) -> None:
+    """Forces of feet that nothing connects have sizes of their own."""
+    static, kinetic, push, end = 0.36, 0.3, 1.0, 6.0
+    system = lienumba.System("two blocks")
+    system.parameter("small", 1.0).parameter("heavy", 1e5)
+    for n, (name, mass, part) in enumerate((("light", "small", share), ("weight", "heavy", 1.0))):
+        system.body(name, mass=mass, inertia=[f"{mass}*0.1"] * 3, position=[3.0 * n, 0, 0.1])
+        for i, x in enumerate((-0.1, 0.3)):
+            system.contact(
+                f"{name}{i}", "point_plane", [name, "ground"], points=[[x, 0, -0.1], [0, 0, 0]], normal=[0, 0, 1],
+                friction={"static": static, "kinetic": kinetic},
+            )  # fmt: skip
+        pushed = [f"{mass}*{part * push}*t", 0, 0]
+        system.force(f"push_{name}", type="force", body=name, value=pushed, point=[0, 0, -0.1])
+    system.integrator(step=1e-2, end_time=end).output(every=1.0)
+    system.sweep(sampler="table", table={"columns": {"parameters.heavy": [1e3, 1e4, 1e5, 1e6]}})
+    ds = lienumba.run(system, progress=False)
+    assert (ds.status == 0).all()
+    for n, part in enumerate((share, 1.0)):
+        late = end - static * 9.81 / (part * push)
+        expected = (static - kinetic) * 9.81 * late**2 / 2 + part * push * late**3 / 6
+        np.testing.assert_allclose(ds.position.values[:, -1, n, 0] - 3.0 * n, expected, atol=1e-6)

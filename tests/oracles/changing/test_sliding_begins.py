@@ -23,12 +23,17 @@ def box(load: tuple[str | float, str | float], feet: tuple[tuple[float, float], 
 
 
 @pytest.mark.parametrize("step", [2e-3, 1e-3])
-def test_a_box_slides_straight_down_a_slope(step: float) -> None:
+@pytest.mark.parametrize("changes", [False, True], ids=["alone", "beside other changes"])
+def test_a_box_slides_straight_down_a_slope(step: float, changes: bool) -> None:
     """Where friction nearly holds it, it is slow for long, and rounding across the sliding grew to centimetres."""
     weight = 2.0 * G
     system = box((weight * np.sin(SLOPE), 0.0), FEET).sweep(runs=8, seed=3)
     system.gravity = [0, 0, -G * float(np.cos(SLOPE))]
     system.vary("parameters.mu", "uniform", low=0.45, high=0.545).integrator(step=step, end_time=1.0)
+    if changes:
+        system.parameter("aside", 0.0).force("more", type="force", body="box", value=[0, 0, "aside*0"])
+        for n in range(1, 4):
+            system.event(f"set{n}", when=f"t > {0.0031 * n}", action="set", parameters={"aside": float(n)})
     ds = lienumba.run(system, progress=False)
     assert (ds.status == 0).all()
     faster = G * (np.sin(SLOPE) - ds["parameters.mu"].values * np.cos(SLOPE))

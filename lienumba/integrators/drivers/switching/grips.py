@@ -12,7 +12,7 @@ import numpy as np
 
 from lienumba.compiler.routines.marks import Floats1, Floats2, apart, inlined
 from lienumba.integrators.drivers.switching.complementarity import Problem, eliminate
-from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_GRIP, SWITCH_SHARES
+from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_GRIP, SWITCH_ROWS, SWITCH_SHARES
 
 AT_EDGE = 1e4  # u: all but 5e-9 of what there may be
 PATIENCE, HALVINGS = 60, 12  # Newton steps, and how often one is halved
@@ -23,15 +23,42 @@ SOFTEST = 1e-8  # of 1 - |g|^2
 
 class Grips(NamedTuple):
     """whole (q, q): 1 + G of `mechanics.system.switched.border`, its columns those of rows that are taken; carries
-    (q,): 1 for rows that have a force of their own; static (s,): coefficients; y, z, forces, loads (q,): see `find`."""
+    (q,): 1 for rows that have a force of their own; group (q,): see `part`; static (s,): coefficients; y, z, forces,
+    loads (q,): see `find`."""
 
     whole: Floats2
     carries: Floats1
+    group: Floats1
     static: Floats1
     y: Floats1
     z: Floats1
     forces: Floats1
     loads: Floats1
+
+
+@apart
+def part(p: Problem, g: Grips) -> None:
+    """Rows into groups that know nothing of each other, each called by its first row: bodies that nothing connects have
+    forces of sizes of their own."""
+    q, some = p.free.size, True
+    for s in range(p.law.size):
+        first = p.switches[s, SWITCH_FIRST]
+        for i in range(first, first + p.switches[s, SWITCH_ROWS]):
+            g.group[i] = float(first)
+    while some:
+        some = False
+        for i in range(q):
+            for j in range(q):
+                if p.S[i, j] != 0.0 and g.group[i] > g.group[j]:
+                    g.group[i] = g.group[j]
+                    some = True
+        for s in range(p.law.size):
+            first = p.switches[s, SWITCH_FIRST]
+            for i in range(first, first + p.switches[s, SWITCH_ROWS]):
+                g.group[first] = min(g.group[first], g.group[i])
+            for i in range(first, first + p.switches[s, SWITCH_ROWS]):
+                some = some or g.group[i] != g.group[first]
+                g.group[i] = g.group[first]
 
 
 @apart
@@ -67,7 +94,7 @@ def _parts(p: Problem, g: Grips, switch: int, scale: float) -> tuple[float, floa
 
 
 @inlined
-def grips(p: Problem, g: Grips, switch: int) -> bool:
+def has_grip(p: Problem, g: Grips, switch: int) -> bool:
     """Whether it has a force of its own along its tangents."""
     return p.switches[switch, SWITCH_GRIP] >= 0 and g.carries[p.switches[switch, SWITCH_FIRST] + 1] != 0.0
 
@@ -82,7 +109,7 @@ def _unbalanced(p: Problem, g: Grips, scale: float) -> float:
             total += g.whole[i, j] * g.y[j]
         g.z[i] = g.forces[i] = total
     for s in range(p.law.size):
-        if grips(p, g, s):
+        if has_grip(p, g, s):
             first, (w, u, v) = p.switches[s, SWITCH_FIRST], _parts(p, g, s, scale)
             most = w * scale / np.sqrt(1.0 + u * u + v * v)
             g.forces[first + 1], g.forces[first + 2] = most * u, most * v
@@ -90,7 +117,7 @@ def _unbalanced(p: Problem, g: Grips, scale: float) -> float:
         total = g.loads[j]
         for i in range(q):
             total -= g.whole[i, j] * g.forces[i]
-        worst = max(worst, max(total, -total))
+        worst = max(worst, max(total, -total)) if total == total else np.inf
         p.matrix[j, q] = total
     return worst
 
@@ -108,7 +135,7 @@ def _stiffness(p: Problem, g: Grips, scale: float) -> None:
             for i in range(q):
                 for j in range(q):
                     p.matrix[i, j] += g.whole[first, i] * g.whole[first, j]
-        if grips(p, g, s):
+        if has_grip(p, g, s):
             w, u, v = _parts(p, g, s, scale)
             one = 1.0 + u * u + v * v
             part, along = w / (one * np.sqrt(one)), g.static[s] / np.sqrt(one)
@@ -140,7 +167,7 @@ def find(p: Problem, g: Grips, taken: Floats1) -> tuple[float, float]:
         first = p.switches[s, SWITCH_FIRST]
         if g.carries[first] != 0.0 and taken[first] != 0.0:
             g.y[first] = p.x[first]
-        if grips(p, g, s):
+        if has_grip(p, g, s):
             scale = max(scale, g.static[s] * p.x[first])
     if not scale > 0.0:
         return 0.0, 0.0
@@ -161,6 +188,9 @@ def find(p: Problem, g: Grips, taken: Floats1) -> tuple[float, float]:
             if worst < before:
                 break
         if not worst < before:
+            for i in range(q):
+                g.y[i] = p.best[i]
+            _unbalanced(p, g, scale)
             break
     return _farthest(p, g, scale), scale
 
@@ -170,7 +200,7 @@ def _farthest(p: Problem, g: Grips, scale: float) -> float:
     """The largest |u|."""
     most = 0.0
     for s in range(p.law.size):
-        if grips(p, g, s):
+        if has_grip(p, g, s):
             _, u, v = _parts(p, g, s, scale)
             most = max(most, np.sqrt(u * u + v * v))
     return most

@@ -199,7 +199,8 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
     slid = _grip(r, rows, first, sizes, lane, slight)
     for s in range(sizes.switches):
         row, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS]
-        if rows[on + s, lane] >= SLIDE:
+        goes_on = rows[before + s, lane] == SLIDE and r.begins[s] == RESTS
+        if rows[on + s, lane] >= SLIDE and not (goes_on and _blunted(r, rows, first, sizes, lane, s)):
             end, speed = row + p.switches[s, SWITCH_ROWS], slow(rows, first, sizes, lane, s)
             for n in range(tangents):
                 memory = first.state + layout.memory_row(sizes) + p.switches[s, layout.SWITCH_MEMORY] + n
@@ -212,18 +213,20 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
 
 
 @apart
-def _independent(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
-    """Choose rows that are independent; which of all contacts' carry, and what else that is used leaves of S."""
+def _independent(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, group: float) -> None:
+    """Choose rows that are independent; which of the contacts' of a group carry, and what else that is used leaves of
+    S."""
     p, g = r.problem, r.grips
     want(r, rows, first, sizes, lane)
     for phase in range(PHASES):
         take(r, float(phase))
     for i in range(sizes.switched):
-        g.carries[i] = 1.0 if r.wanted[i] == SHARED or r.wanted[i] == TANGENT else 0.0
+        carries = g.group[i] == group and (r.wanted[i] == SHARED or r.wanted[i] == TANGENT)
+        g.carries[i] = 1.0 if carries else 0.0
         for j in range(sizes.switched):
             p.matrix[i, j] = p.S[i, j]
     for i in range(sizes.switched):
-        if r.taken[i] != 0.0 and g.carries[i] == 0.0:
+        if r.taken[i] != 0.0 and g.carries[i] == 0.0 and g.group[i] == group:
             remove(r, i)
 
 
@@ -233,23 +236,38 @@ def _grip(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, s
     have, and no others are left to hold it, what slips begins to slide; returns whether anything does."""
     p, g, on, limit, slid = r.problem, r.grips, first.state + layout.on_row(sizes), False, False
     before = first.conditions + layout.conditions(sizes) + sizes.events
-    some, shared, fastest, scale = False, False, 0.0, 0.0
     for s in range(sizes.switches):
         g.static[s] = number(rows, first, sizes, lane, s, layout.STATIC)
-        rests = rows[on + s, lane] == STICK and p.law[s] == PRESSES
-        some = some or (rests and p.switches[s, layout.SWITCH_GRIP] >= 0)
-        rested = rests and rows[before + s, lane] == STICK
+        rested = rows[on + s, lane] == STICK and p.law[s] == PRESSES and rows[before + s, lane] == STICK
         limit = limit or (rested and _fired(rows, first, sizes, lane, s, layout.SLIDES))
+    grips.part(p, g)
+    for row in range(sizes.switched):
+        if g.group[row] == float(row):
+            slid = _grip_together(r, rows, first, sizes, lane, slight, float(row), limit) or slid
+    return slid
+
+
+@apart
+def _grip_together(
+    r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, slight: float, group: float, limit: bool
+) -> bool:
+    """The same of one group of them; limit: whether any contact has come to all that it may hold."""
+    p, g, on, slid = r.problem, r.grips, first.state + layout.on_row(sizes), False
+    some, shared, fastest, scale = False, False, 0.0, 0.0
+    for s in range(sizes.switches):
+        rests = g.group[p.switches[s, SWITCH_FIRST]] == group and rows[on + s, lane] == STICK and p.law[s] == PRESSES
+        some = some or (rests and p.switches[s, layout.SWITCH_GRIP] >= 0)
     for i in range(sizes.switched):
         g.carries[i] = 0.0
     if some:
-        _independent(r, rows, first, sizes, lane)
+        _independent(r, rows, first, sizes, lane, group)
         shared = grips.depend(p, g, r.taken)
     if shared:
         fastest, scale = grips.find(p, g, r.taken)
     for s in range(sizes.switches):
-        row, own = p.switches[s, SWITCH_FIRST], grips.grips(p, g, s)
-        rests = rows[on + s, lane] == STICK and p.law[s] == PRESSES and p.switches[s, SWITCH_TANGENTS] > 0
+        row, own = p.switches[s, SWITCH_FIRST], grips.has_grip(p, g, s)
+        rests = g.group[row] == group and rows[on + s, lane] == STICK and p.law[s] == PRESSES
+        rests = rests and p.switches[s, SWITCH_TANGENTS] > 0
         pace, edge = 1.0, rests and p.x[row] > slight and _on_edge(r, s)
         if shared and own:
             pace = along(r, s, g.z) / (scale * fastest) if fastest > grips.AT_EDGE else 0.0
@@ -304,6 +322,16 @@ def heads(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
                 r.wanted[i], p.free[i] = 1.0, fast - r.rates[i]
     spread(r)
     return True
+
+
+@inlined
+def _blunted(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) -> bool:
+    """Whether what slides in a plane is slower than what it remembers: it has no direction of its own as yet."""
+    if r.problem.switches[switch, SWITCH_TANGENTS] < 2:
+        return False
+    memory = first.state + layout.memory_row(sizes) + r.problem.switches[switch, layout.SWITCH_MEMORY]
+    x, y, speed = rows[memory, lane], rows[memory + 1, lane], along(r, switch, r.rates)
+    return slow(rows, first, sizes, lane, switch) < speed and speed * speed < x * x + y * y
 
 
 @apart

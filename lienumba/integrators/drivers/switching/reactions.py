@@ -10,20 +10,10 @@ from lienumba.compiler.routines.marks import Integers2, apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.event_search import TOUCH
-from lienumba.integrators.drivers.switching.complementarity import (
-    FREE,
-    Problem,
-    eliminate,
-)
+from lienumba.integrators.drivers.switching.complementarity import FREE, Problem, eliminate
 from lienumba.integrators.drivers.switching.grips import Grips
 from lienumba.integrators.drivers.workspace import Rows
-from lienumba.integrators.layout import (
-    SWITCH_FIRST,
-    SWITCH_ROWS,
-    SWITCH_TANGENTS,
-    Sizes,
-    Workspace,
-)  # fmt: skip
+from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS, Sizes, Workspace
 
 STILL = 1e-9  # of the largest speed of a switch so far: what moves no faster than this is at rest
 SLOW = 1e-7  # the same: what slides slower has no direction of its own
@@ -58,7 +48,7 @@ def room(at: Workspace, sizes: Sizes, switches: Integers2) -> Reactions:
         v[q + 8], v[q + 9], v[q + 10], v[q + 11], system, v[q + 12][:s],
     )  # fmt: skip
     whole = matrix(address + 8 * q * (2 * q + layout.CHANGE_VECTORS + 1), q, q)
-    g = Grips(whole, v[q + 18], v[q + 19][:s], v[q + 20], v[q + 21], v[q + 22], v[q + 23])
+    g = Grips(whole, v[q + 18], v[q + 25], v[q + 19][:s], v[q + 20], v[q + 21], v[q + 22], v[q + 23])
     return Reactions(p, v[q + 13], v[q + 14], v[q + 15], v[q + 16], v[q + 17][:s], v[q + 24][:s], g)
 
 

@@ -33,12 +33,12 @@ class Lane:
         for i in range(row):
             for j in range(i + 1):
                 self.put(lambda sizes: 0, layout.border_place(i, j), S[i, j])
-        v = [np.zeros(row) for _ in range(18)]
+        v = [np.zeros(row) for _ in range(19)]
         law, friction, bound, least, begins, paces, static = (np.zeros(len(tangents)) for _ in range(7))
         p = complementarity.Problem(
             np.zeros_like(S), v[0], switches, law, friction, bound, *v[1:9], np.zeros((row, row + 1)), least
         )  # fmt: skip
-        grip = Grips(np.zeros_like(S), v[13], static, *v[14:18])
+        grip = Grips(np.zeros_like(S), v[13], v[18], static, *v[14:18])
         self.r = Reactions(p, *v[9:13], begins, paces, grip)
 
     def put(self, where: Any, which: Any, values: Any) -> None:
