@@ -16,6 +16,7 @@ from lienumba.scenario.base.problems import Report, read
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.drivers import check_driven_body, check_start, numbers_at
 from lienumba.scenario.checks.joints import Tables, check_seen, check_two_bodies, find_coordinate
+from lienumba.scenario.checks.times import check_samples
 from lienumba.store.layout import VARIABLES
 from lienumba.words import show
 
@@ -77,6 +78,8 @@ def _check_coordinate(place: str, name: str, force: AlongJoint, joints: Tables, 
 
 def _check_own(place: str, force: PythonForce, report: Report) -> None:
     """A law of the user's own, in itself."""
+    if isinstance(force.every, float | int):
+        check_samples(f"{place}.every", float(force.every), report)
     if force.returns == "potential" and (force.states or force.every is not None):
         report.add(place, "a potential energy has neither states nor samples", "leave states and every out")
     if force.states and force.name in VARIABLES:

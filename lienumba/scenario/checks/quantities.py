@@ -18,13 +18,13 @@ from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.bodies import check_rotation
 from lienumba.scenario.checks.drivers import check_start
 from lienumba.scenario.checks.joints import Tables, find_coordinate
+from lienumba.scenario.checks.times import check_samples
 from lienumba.scenario.schema.tables import points_problem
 from lienumba.store.layout import COORDINATES as DIMENSIONS
 from lienumba.store.layout import VARIABLES
 from lienumba.words import listed
 
 SINGULAR = {"bodies": "body", "joints": "joint", "drivers": "driver", "contacts": "contact", "limits": "limit"}
-MOST_SAMPLES = 1_000_000  # of a course of noise
 TIMED = ("value", "limit", "limits", "kp", "kd", "target", "rate", "feedforward")  # keys of inputs
 
 Lists = dict[str, list[Keys]]
@@ -65,16 +65,8 @@ def check_noise(place: str, noise: Keys, lists: Lists, report: Report) -> None:
         report.problems.append(fault.below(place))
     if checked.interval is None or report.times is None:
         return
-    end = float(report.times[-1])
-    if end / checked.interval > MOST_SAMPLES:
-        report.add(
-            f"{place}.every",
-            f"makes {end / checked.interval:.3g} samples until {end:g} s, at most {MOST_SAMPLES:,} are possible",
-            "give a longer interval, or end the run earlier",
-            checked.interval,
-        )
-    elif isinstance(checked, Tabulated) and checked.samples:
-        last = checked.interval * (checked.samples - 1)
+    if check_samples(f"{place}.every", checked.interval, report) and isinstance(checked, Tabulated) and checked.samples:
+        end, last = float(report.times[-1]), checked.interval * (checked.samples - 1)
         if end > last * (1.0 + SAME):
             rule = f"ends at {last:g} s, and the run at {end:g} s"
             report.add(f"{place}.table", rule, "give longer courses, or end the run earlier")

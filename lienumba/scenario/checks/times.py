@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
 MOST_STORED = 1_000_000  # times: a state of one body takes half a gigabyte then
+MOST_SAMPLES = 1_000_000  # of a course of noise, or of a law
 MOST_TIMES = 200_000  # at which a formula is looked at
 WITHOUT_GRID = 20_000  # of these, where steps choose their length
 
@@ -66,6 +67,20 @@ def looked_at(integrator: Integrator) -> np.ndarray | None:
         return None
     points = min(2.0 * integrator.end_time / integrator.step, MOST_TIMES)
     return np.linspace(0.0, integrator.end_time, round(points) + 1)
+
+
+def check_samples(at: str, interval: float, report: "Report") -> bool:
+    """Whether a run can have so many samples."""
+    end = 0.0 if report.times is None else float(report.times[-1])
+    fits = end / interval <= MOST_SAMPLES
+    if not fits:
+        report.add(
+            at,
+            f"makes {end / interval:.3g} samples until {end:g} s, at most {MOST_SAMPLES:,} are possible",
+            "give a longer interval, or end the run earlier",
+            interval,
+        )
+    return fits
 
 
 def _check_every(integrator: Integrator, every: float, end_fits: bool, report: "Report") -> None:

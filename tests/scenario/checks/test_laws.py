@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 import lienumba
+from lienumba.errors import ScenarioError
+from lienumba.scenario.resolve import resolve
 from tests.scenario.checks.refusal import VARY, accepted, driver, force, joint, refused_by_both, rig
 
 PIVOTED = 'joint = "pivot"'
@@ -368,3 +370,9 @@ def test_constant_formulas_may_vary(tmp_path: Path) -> None:
         (force('type = "drag"', 'body = "arm"', "linear = 1", name=""), "forces.drag_1.linear"),
     ):
         assert accepted(tmp_path, rig(table, VARY.format(path, 1))) == []
+
+
+@pytest.mark.parametrize("every", [2e-19, 3e-6])
+def test_a_law_that_is_sampled_too_often(every: float) -> None:
+    with pytest.raises(ScenarioError, match=r"motor\.every = .*: makes .* samples until 4 s, at most 1,000,000 are"):
+        resolve("scenarios/arm_sampled.toml", overrides={"forces.elbow_motor.every": every}, allow_code=True)
