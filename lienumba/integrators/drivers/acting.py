@@ -21,6 +21,7 @@ from lienumba.integrators.layout import (
     SWITCH_ROWS,
     TARGET,
     TARGETS,
+    UNTIL,
     Sizes,
     T,
     Workspace,
@@ -30,6 +31,7 @@ from lienumba.numerics.operations import absolute, maximum
 BAND = 1e-9  # of the largest number that a condition has been: a fall by less is rounding
 PAST = float("-inf")  # the time of what came true, and does nothing
 HOLDS = 1e-300  # of a condition that goes on being true
+AT_ROOT = 1e-12  # of that: what a condition is by rounding next to its root
 AT_ONCE = 2.0**-46  # of a time, or of a step: what happens within this happens at one time
 
 
@@ -179,6 +181,20 @@ def sift(
                     acts = True
                 else:
                     rows[times + event, lane] = PAST
+
+
+@apart
+def gather(sizes: Sizes, first: Workspace, rows: Rows, lane: int, leaves: float, length: float) -> None:
+    """What comes later than a change, or the end of a run, in a step of this length, by rounding of times or of its
+    condition, comes then: behind that it might never come."""
+    count = layout.conditions(sizes)
+    for event in range(sizes.events):
+        time, end = rows[first.conditions + 2 * count + event, lane], rows[first.conditions + count + event, lane]
+        if leaves < time < NEVER:
+            largest = rows[first.conditions + layout.peak_row(sizes) + sizes.events + event, lane]
+            lacks = (time - leaves) * end <= AT_ROOT * largest * (rows[first.lanes + UNTIL, lane] - time)
+            if lacks or time - leaves <= AT_ONCE * max(length, leaves):
+                rows[first.conditions + 2 * count + event, lane] = leaves
 
 
 @apart

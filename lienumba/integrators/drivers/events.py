@@ -7,7 +7,7 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import certificates, stages
-from lienumba.integrators.drivers.acting import PAST, follow, hold, may_act, pass_over, sift
+from lienumba.integrators.drivers.acting import PAST, follow, gather, hold, may_act, pass_over, sift
 from lienumba.integrators.drivers.event_search import EDGE, LATER, SOUGHT, TOUCH, search
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
 from lienumba.integrators.drivers.switching.reactions import STILL
@@ -224,6 +224,8 @@ def find_events(
         leaves = NEVER
         if rows[first.lanes + PICKED, lane] != 0.0:
             step = rows[first.clock + layout.LENGTH, lane]
+            for condition in range(sizes.events, count):
+                gather(sizes, first, rows, lane, rows[first.conditions + 2 * count + condition, lane], step)
             sift(sizes, first, rows, runs, queue, plan, lane, step)
             stop, change = _leaves(sizes, first, rows, plan, lane)
             part = (change - rows[first.clock + layout.TIME, lane]) / step
@@ -241,6 +243,7 @@ def find_events(
                 rows[first.lanes + CUT, lane], leaves = leaves - 0.5 * step, -1.0
             else:
                 pass_over(sizes, first, rows, lane)
+                gather(sizes, first, rows, lane, leaves, step)
                 note(sizes, first, rows, runs, queue, lane, leaves)
                 rows[first.lanes + CHANGED, lane] = 1.0 if change < NEVER else 0.0
         rows[first.lanes + PICKED, lane] = leaves

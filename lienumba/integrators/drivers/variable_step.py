@@ -291,7 +291,7 @@ def drive(
             )
         if sizes.kept > 0 and any_lane(good):
             measure(kernels, sizes, nodes, at, first, rows, plan, good, t, length, until)
-        latest = choose(load(lanes, CHANGED) != 0.0, until + AT_ONCE * maximum(length, until), until)
+        latest = choose(left < NEVER, until + AT_ONCE * maximum(length, until), until)
         if any_lane(pending(at, good, until, latest)):
             keep_between(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until, latest)
         if any_lane(good & (left < load(lanes, UNTIL))):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import lienumba
+from lienumba.batch import statuses
 from tests.oracles.changing import scenarios
 
 G, MASS, PULL = 9.81, 20.0, 250.0
@@ -77,6 +78,24 @@ def test_that_is_so_where_times_are_equal_up_to_rounding(method: str) -> None:
     np.testing.assert_allclose(ds.velocity[..., 0, 0], np.where(before, 1.0, -0.5), rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
+def test_a_run_that_ends_where_it_is_stored_has_that_state(method: str) -> None:
+    """Also where its end is found before that time by rounding."""
+    body = {"name": "body", "mass": 1, "inertia": [1] * 3, "position": [0] * 3, "rotation": [1, 0, 0, 0]}
+    times = np.arange(61) * (1 / 60)
+    ds = lienumba.run({
+        "parameters": {"far": 0.5},
+        "model": {"gravity": [0] * 3, "bodies": [body | scenarios.AT_REST | {"velocity": [1, 0, 0]}]},
+        "quantities": [{"name": "centre", "type": "point", "body": "body"}],
+        "events": [{"name": "there", "when": "centre.x > far", "action": "stop"}],
+        "integrator": scenarios.settings(1.0, 1e-9, method=method), "output": {"times": times.tolist()},
+        "sweep": scenarios.table({"parameters.far": times[1:-1].tolist()}),
+    })  # fmt: skip
+    assert (ds.end_time.values < times[1:-1]).any()
+    np.testing.assert_array_equal(np.isfinite(ds.position[..., 0, 0]).sum("time"), np.arange(2, 61))
+    np.testing.assert_allclose(ds.last_position[:, 0, 0], times[1:-1], rtol=0, atol=1e-14)
+
+
 def test_an_event_that_ends_the_run_goes_first() -> None:
     """What acts does not happen then, nor is it counted: beside what ends the run, at the start, and caused with it."""
     together = [event("catch", "t > 0.2", "lock"), event("enough", "t > 0.2", "stop")]
@@ -104,3 +123,40 @@ def test_once_is_once() -> None:
     assert scenarios.kinds(ds, "locked").sum() == 1
     data["events"][0]["once"] = False
     assert scenarios.kinds(lienumba.run(data).isel(run=0), "locked").sum() == 2
+
+
+@pytest.mark.parametrize("settings", [{"method": "dop853", "tolerance": 1e-9}, {"method": "rk4", "step": 0.01}])
+@pytest.mark.parametrize("action", ["stop", "record", "lock"])
+def test_an_event_where_a_stop_is_hit_comes_with_it(action: str, settings: dict[str, Any]) -> None:
+    """Rounding says which of the two is found first: the run ends before the gate bounces, the event is counted, and
+    what catches the gate catches it, whatever it would have given back."""
+    down = [event("down", "rail.displacement < 0", action)]
+    data = slide(0.5, down) | {"integrator": settings | {"end_time": 0.5, "coordinates": "joint"}}
+    data["model"]["limits"][0]["restitution"] = 0.3
+    heights = np.random.default_rng(4).uniform(0.6, 1.2, 64)
+    hits = np.sqrt(2 * heights / G)
+    ds = lienumba.run(data | {"sweep": scenarios.table({"joints.rail.displacement": heights.tolist()})})
+    assert (ds.status == (statuses.STOPPED if action == "stop" else statuses.SUCCESS)).all()
+    assert (ds.event_count == 1).all()
+    np.testing.assert_allclose(ds.event_time[:, 0], hits, rtol=0, atol=1e-12)
+    speed = {"stop": -G * hits, "record": 0.3 * G * hits - G * (0.5 - hits), "lock": 0.0 * hits}[action]
+    np.testing.assert_allclose(ds.last_velocity[:, 0, 2], speed, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("action", ["stop", "record"])
+def test_so_it_does_far_away_and_slowly(action: str) -> None:
+    """Where rounding of positions, over a small speed, is more than that of times."""
+    body = {"name": "body", "mass": 1, "inertia": [1] * 3, "position": [11, 0, 0], "rotation": [1, 0, 0, 0]}
+    body |= scenarios.AT_REST | {"velocity": [-1e-3, 0, 0]}
+    wall = {"name": "wall", "type": "sphere_plane", "bodies": ["body", "ground"], "points": [[0] * 3, [10, 0, 0]]}
+    wall |= {"normal": [1, 0, 0], "radius": 0.1, "restitution": 0.5}
+    starts = 10.1 + np.random.default_rng(5).uniform(0.01, 0.5, 64)
+    ds = lienumba.run({
+        "model": {"gravity": [0] * 3, "bodies": [body], "contacts": [wall]},
+        "quantities": [{"name": "centre", "type": "point", "body": "body"}],
+        "events": [{"name": "there", "when": "centre.x < 10.1", "action": action}],
+        "integrator": scenarios.settings(600.0, 1e-9), "output": {"times": [0, 600.0]},
+        "sweep": scenarios.table({"bodies.body.position[0]": starts.tolist()}),
+    })  # fmt: skip
+    assert (ds.event_count == 1).all()
+    assert (ds.changes == (0 if action == "stop" else 1)).all()

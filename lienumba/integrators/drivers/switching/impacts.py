@@ -5,7 +5,7 @@ import numpy as np
 
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.switching.complementarity import HOLDS, PRESSES, SOLVED, size, solve
+from lienumba.integrators.drivers.switching.complementarity import HOLDS, PRESSES, SOLVED, UNSOLVED, size, solve
 from lienumba.integrators.drivers.switching.reactions import STILL, Reactions, along, number, spread, still, touches
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
@@ -43,6 +43,8 @@ def impulses(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
             if comes and rebound > 0.0 and rebound >= number(rows, first, sizes, lane, s, REST_SPEED):
                 r.wanted[row] = rebound
     said = _rebound(r, 1.0)
+    if said == UNSOLVED:  # what holds from now on may be what would come back
+        said = _rebound(r, 0.0)
     if said == SOLVED and _gained(r) > 0.0:
         said = _lessen(r)
     if said == SOLVED:
