@@ -19,7 +19,7 @@ from lienumba.integrators.drivers.switching.reactions import (
     still,
     touches,
 )
-from lienumba.integrators.drivers.switching.used_rows import PHASES, SHARED, TANGENT, UNKNOWN, held, remove, take, want
+from lienumba.integrators.drivers.switching.used_rows import SHARED, TANGENT, UNKNOWN, held, independent, remove
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     FRICTION,
@@ -188,9 +188,7 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
                 how, asks = UNKNOWN, True
         rows[on + s, lane] = how
     if asks:
-        want(r, rows, first, sizes, lane)
-        for phase in range(PHASES):
-            take(r, float(phase))
+        independent(r, rows, first, sizes, lane)
     for s in range(sizes.switches):
         if rows[on + s, lane] == UNKNOWN:
             slides = p.switches[s, SWITCH_TANGENTS] == 0 or p.law[s] == SLIDES
@@ -213,13 +211,11 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
 
 
 @apart
-def _independent(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, group: float) -> None:
+def _lean(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, group: float) -> None:
     """Choose rows that are independent; which of the contacts' of a group carry, and what else that is used leaves of
     S."""
     p, g = r.problem, r.grips
-    want(r, rows, first, sizes, lane)
-    for phase in range(PHASES):
-        take(r, float(phase))
+    independent(r, rows, first, sizes, lane)
     for i in range(sizes.switched):
         carries = g.group[i] == group and (r.wanted[i] == SHARED or r.wanted[i] == TANGENT)
         g.carries[i] = 1.0 if carries else 0.0
@@ -260,7 +256,7 @@ def _grip_together(
     for i in range(sizes.switched):
         g.carries[i] = 0.0
     if some:
-        _independent(r, rows, first, sizes, lane, group)
+        _lean(r, rows, first, sizes, lane, group)
         shared = grips.depend(p, g, r.taken)
     if shared:
         fastest, scale = grips.find(p, g, r.taken)

@@ -29,7 +29,7 @@ def held(r: Reactions, row: int) -> bool:
 
 
 @apart
-def want(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
+def _want(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
     """Which rows are to be used, and in which phase they are taken; none is taken."""
     p, on = r.problem, first.state + layout.on_row(sizes)
     for i in range(sizes.switched):
@@ -49,21 +49,26 @@ def want(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) ->
 
 
 @apart
-def choose_rows(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
-    """Masks of independent rows, to the state: what holds first, then normals without friction, those that press most
-    first, then normals that share what they carry, then tangents, then the friction of joints."""
-    want(r, rows, first, sizes, lane)
+def independent(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
+    """Take rows that are independent: what holds first, then normals without friction, those that press most first,
+    then normals that share what they carry, then tangents, then the friction of joints."""
+    _want(r, rows, first, sizes, lane)
     for phase in range(PHASES):
-        if phase == TANGENT:
-            _lift(r, float(BARE))
-        take(r, float(phase))
+        _take(r, float(phase))
+
+
+@apart
+def choose_rows(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
+    """Masks of independent rows, to the state; what others say, too, is carried by those that are taken."""
+    independent(r, rows, first, sizes, lane)
+    _lift(r, float(BARE))
     _lift(r, float(DRY))
     for i in range(sizes.switched):
         rows[first.state + layout.mask_row(sizes) + i, lane] = r.taken[i]
 
 
 @apart
-def take(r: Reactions, phase: float) -> None:
+def _take(r: Reactions, phase: float) -> None:
     """Take rows of this phase as long as they are independent of those that are taken."""
     p, q, some = r.problem, r.taken.size, False
     for i in range(q):
