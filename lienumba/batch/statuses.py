@@ -55,7 +55,7 @@ STATUSES = (
     Status(
         STEP_TOO_SHORT,
         "step_too_short",
-        "the tolerance asks for a step below the shortest, or for 200,000 within a thousandth of the run; give a "
+        "the tolerance asks for a step below the shortest, or for 100,000 within a thousandth of the run; give a "
         "larger tolerance or a smaller integrator.min_step, or see whether a force jumps or is stiff, or a disc falls "
         "flat on a plane: one that is to lie there needs points on its edge",
     ),

@@ -8,6 +8,8 @@ import resource
 import shutil
 from collections import Counter
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -135,13 +137,16 @@ def campaign(folder: Path, seed: int, portions: int, size: int, tell: Callable[[
         work, *numbers = waiting.pop(0)
         own = folder / "-".join(map(str, numbers))
         own.mkdir()
-        with multiprocessing.get_context("spawn").Pool(1) as pool:
-            job = pool.apply_async(_limited, (work, own, *numbers))
+        with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+            job = pool.submit(_limited, work, own, *numbers)
             try:
-                found = job.get(timeout=PATIENCE + 20 * size)
-            except multiprocessing.TimeoutError:
+                found = job.result(timeout=PATIENCE + 20 * size)
+            except (BrokenProcessPool, TimeoutError) as error:
+                for process in multiprocessing.active_children():
+                    process.kill()
                 doing = [path.read_text() for path in own.glob(f"*/{NOW}")]
-                found = Outcome(faults=[f"seed, count, first {numbers}: the process died, or hangs: {doing}"])
+                what = "hangs" if isinstance(error, TimeoutError) else "died"
+                found = Outcome(faults=[f"seed, count, first {numbers}: the process {what}: {doing}"])
         shutil.rmtree(own, ignore_errors=True)
         whole.add(found)
         first = numbers[2] + found.files

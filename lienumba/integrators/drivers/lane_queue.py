@@ -38,7 +38,7 @@ from lienumba.integrators.layout import (
 
 NEVER = float("inf")
 ROUNDING, FIRST_ROUNDING = 1e-15, 1e-18  # of the time, and of the end: no step is shorter
-CREEP, PATIENCE = 1e-3, 2e5  # of the end; so many steps within it, and a run would take as good as for ever
+CREEP, PATIENCE = 1e-3, 1e5  # of the end; so many steps within it, and a run would take as good as for ever
 # Of the pace; step: of steps of one length, else 0; last: a run that is there is over.
 END, STEP, LONGEST, SHORTEST, LAST, TOLERANCE = range(6)
 

@@ -21,7 +21,7 @@ def test_a_run_that_creeps_ends() -> None:
     assert (ds.steps.values[~late] > 50_000).all()
     np.testing.assert_array_equal(np.isnan(ds["hinge_at.angle"]).sum("time"), np.where(late, 0, 2))
     sentence = next(status.sentence for status in STATUSES if status.code == STEP_TOO_SHORT)
-    assert "or for 200,000 within a thousandth of the run" in sentence
+    assert "or for 100,000 within a thousandth of the run" in sentence
 
 
 def test_a_long_run_does_not() -> None:

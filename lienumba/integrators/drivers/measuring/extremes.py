@@ -3,47 +3,50 @@
 import numpy as np
 
 from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, choose, load, splat, store
-from lienumba.compiler.routines.marks import apart
+from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators.drivers.measuring.points import (
     BEYOND,
+    SQUARE,
     fraction_of,
-    interpolated,
     look,
+    rise,
+    risen,
     signals,
-    slope,
+    through,
     time_of,
 )
 from lienumba.integrators.layout import ELSEWHERE, KEPT_TIME, KEPT_UNDEFINED, KEPT_VALUE, POINTS, Sizes, Workspace
-from lienumba.numerics.operations import absolute, maximum, minimum
+from lienumba.numerics.operations import maximum, minimum
 
 GRID = 32  # places in which an interpolant is looked at
 UNSURE = 0.02  # of what they differ by, an interpolant may be wrong
+NEWTON = 4  # iterations to an extreme of the interpolant
+STEPS = 3  # from there, by what is found
 TRIES = 8  # at parabolas
-FLAT = 1e-9  # of a step: a place of an extreme that is known so well has its value to the last bits
+ROUNDING = 2.0**-53  # of values: what an extreme is not sought for any more
+
+
+@inlined
+def _found(
+    at: Workspace, t: Lanes, length: Lanes, fraction: Lanes, sign: float, kept: Address, lanes: Mask, value: Lanes
+) -> None:
+    """So much is there; what is undefined there is undefined as a whole."""
+    undefined = load(kept, KEPT_UNDEFINED)
+    store(kept, KEPT_UNDEFINED, choose(value <= value, undefined, choose(lanes, splat(1.0), undefined)))
+    better = lanes & (value > sign * load(kept, KEPT_VALUE))
+    store(kept, KEPT_VALUE, choose(better, sign * value, load(kept, KEPT_VALUE)))
+    store(kept, KEPT_TIME, choose(better, time_of(at, t, length, fraction), load(kept, KEPT_TIME)))
 
 
 @apart
-def _peak(
+def _enclose(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lanes, low: Lanes, high: Lanes, value: int,
-    sign: float, kept: Address, lanes: Mask, a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes,
+    sign: float, kept: Address, lanes: Mask, x2: Lanes, little: Lanes,
 ) -> None:  # fmt: skip
-    """The extreme inside of a part of a step, from the values in its points on, where it goes beyond what is known;
-    undefined where it is that in a place that is looked at."""
-    most, place = a, splat(0.0)
-    least = minimum(minimum(minimum(a, b), minimum(c, d)), e)
-    for n in range(1, GRID + 1):
-        x = float(n) / GRID
-        y = interpolated(x, a, b, c, d, e)
-        more = y > most
-        most, place = choose(more, y, most), choose(more, splat(x), place)
-    known, rises, falls = sign * load(kept, KEPT_VALUE), slope(a, b, c, d, e), slope(e, d, c, b, a)
-    inside = ((place > 0.0) & (place < 1.0)) | ((place == 0.0) & (rises > 0.0)) | ((place == 1.0) & (falls > 0.0))
-    left = lanes & inside & (most + UNSURE * (most - least) > known)
-    if not any_lane(left):
-        return
-    to, far = signals(sizes, at, 0, ELSEWHERE), high - low
-    near = 0.5 / GRID
-    x2 = minimum(maximum(place, splat(near)), splat(1.0 - near))
+    """The extreme next to a place of a part of a step, by parabolas through what is there and beside it; little: what
+    is no gain any more."""
+    to, far, near = signals(sizes, at, 0, ELSEWHERE), high - low, 0.5 / GRID
+    x2 = minimum(maximum(x2, splat(near)), splat(1.0 - near))
     x1, x3 = x2 - near, x2 + near
     look(kernels, sizes, at, t, length, low + x1 * far, to)
     f1 = sign * load(to, value)
@@ -51,12 +54,14 @@ def _peak(
     f3 = sign * load(to, value)
     look(kernels, sizes, at, t, length, low + x2 * far, to)
     f2 = sign * load(to, value)
-    best, where_, gap = f2, x2, f1 + f2 + f3
+    left, best, where_, gap = lanes, f2, x2, f1 + f2 + f3
     for _ in range(TRIES):
         bend = (x2 - x1) * (f2 - f3) + (x3 - x2) * (f2 - f1)
         shift = 0.5 * ((x3 - x2) * (x3 - x2) * (f2 - f1) - (x2 - x1) * (x2 - x1) * (f2 - f3))
         u = x2 + choose(bend > 0.0, shift / choose(bend > 0.0, bend, 1.0), 0.0)
-        left = left & (u > x1) & (u < x3) & (absolute(u - x2) > FLAT)
+        gained = bend * (u - x2) * (u - x2)
+        left = left & (u > x1) & (u < x3)
+        left = left & (gained > little * (x2 - x1) * (x3 - x2) * (x3 - x1))
         if not any_lane(left):
             break
         u = choose(left, u, x2)
@@ -73,10 +78,62 @@ def _peak(
         x3, f3 = choose(lower & later, u, x3), choose(lower & later, f, f3)
         x2, f2 = choose(left & higher, u, x2), choose(left & higher, f, f2)
         best, where_, gap = choose(f2 > best, f2, best), choose(f2 > best, x2, where_), gap + f
-    store(kept, KEPT_UNDEFINED, choose(lanes & inside & (gap != gap), splat(1.0), load(kept, KEPT_UNDEFINED)))
-    better = lanes & inside & (best > known)
-    store(kept, KEPT_VALUE, choose(better, sign * best, load(kept, KEPT_VALUE)))
-    store(kept, KEPT_TIME, choose(better, time_of(at, t, length, low + where_ * far), load(kept, KEPT_TIME)))
+    _found(at, t, length, low + where_ * far, sign, kept, lanes, choose(gap == gap, best, gap))
+
+
+@apart
+def _peak(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lanes, low: Lanes, high: Lanes, value: int,
+    sign: float, kept: Address, lanes: Mask, a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes,
+) -> None:  # fmt: skip
+    """The extreme inside of a part of a step, from the values in its points on, where it goes beyond what is known;
+    undefined where it is that in a place that is looked at.
+
+    First where the interpolant has it. What is missed there says how wrong the slope is, as the product of the
+    distances from all points is what is missed (w e, whose slope is w' e); by it and by the bend of the interpolant the
+    search goes on. Where that does not lead to an end, parabolas do.
+    """
+    o, p, q, r = through(a, b, c, d, e)
+    most, s = a, splat(-1.0)
+    least = minimum(minimum(minimum(a, b), minimum(c, d)), e)
+    for n in range(1, GRID + 1):
+        x = splat(2.0 * n / GRID - 1.0)
+        y = c + risen(x, o, p, q, r)
+        more = y > most
+        most, s = choose(more, y, most), choose(more, x, s)
+    rises, falls = rise(splat(-1.0), o, p, q, r), -rise(splat(1.0), o, p, q, r)
+    inside = ((s > -1.0) & (s < 1.0)) | ((s == -1.0) & (rises > 0.0)) | ((s == 1.0) & (falls > 0.0))
+    left = lanes & inside & (most + UNSURE * (most - least) > sign * load(kept, KEPT_VALUE))
+    if not any_lane(left):
+        return
+    little = ROUNDING * maximum(most, -least)
+    near, bend = 1.0 / GRID, splat(0.0)
+    first, last = maximum(s - near, splat(-1.0)), minimum(s + near, splat(1.0))
+    for _ in range(NEWTON):
+        bend = 2.0 * p + s * (6.0 * q + s * 12.0 * r)
+        s = s - choose(bend < 0.0, rise(s, o, p, q, r) / choose(bend < 0.0, bend, 1.0), 0.0)
+        s = minimum(maximum(s, first), last)
+    to, x = signals(sizes, at, 0, ELSEWHERE), 0.5 * (s + 1.0)
+    look(kernels, sizes, at, t, length, low + x * (high - low), to)
+    found = sign * load(to, value)
+    _found(at, t, length, low + x * (high - low), sign, kept, left, found)
+    w, w_slope = s * (s * s - 1.0) * (s * s - SQUARE), SQUARE + s * s * (5.0 * s * s - 3.0 * (1.0 + SQUARE))
+    slope = rise(s, o, p, q, r) + (found - c - risen(s, o, p, q, r)) * w_slope / w
+    for _ in range(STEPS):
+        shift = -slope / bend
+        rest = choose((bend < 0.0) & (0.5 * slope * shift <= little), splat(0.0), 1.0)
+        left = left & (rest > 0.0)
+        near_by = left & (s + shift > first) & (s + shift < last)
+        if not any_lane(near_by):
+            break
+        s = choose(near_by, s + shift, s)
+        look(kernels, sizes, at, t, length, low + 0.5 * (s + 1.0) * (high - low), to)
+        y = choose(near_by, sign * load(to, value), found)
+        _found(at, t, length, low + 0.5 * (s + 1.0) * (high - low), sign, kept, near_by, y)
+        slope = choose(near_by, (y - found) / shift + 0.5 * bend * shift, slope)
+        found = y
+    if any_lane(left):
+        _enclose(kernels, sizes, at, t, length, low, high, value, sign, kept, left, 0.5 * (s + 1.0), little)
 
 
 @apart
@@ -98,9 +155,10 @@ def keep_extreme(
         store(kept, KEPT_TIME, choose(better, moment, load(kept, KEPT_TIME)))
     most, least = maximum(maximum(maximum(a, b), maximum(c, d)), e), minimum(minimum(minimum(a, b), minimum(c, d)), e)
     may = lanes & (most + BEYOND * (most - least) > sign * load(kept, KEPT_VALUE))
+    o, p, q, r = through(a, b, c, d, e)
     falls, rises = splat(0.0), splat(0.0)  # where the ends are the extremes
-    falls = choose((a >= b) & (b >= c) & (c >= d) & (d >= e) & (slope(a, b, c, d, e) <= 0.0), 1.0, falls)
-    rises = choose((a <= b) & (b <= c) & (c <= d) & (d <= e) & (slope(e, d, c, b, a) <= 0.0), 1.0, rises)
+    falls = choose((a >= b) & (b >= c) & (c >= d) & (d >= e) & (rise(splat(-1.0), o, p, q, r) <= 0.0), 1.0, falls)
+    rises = choose((a <= b) & (b <= c) & (c <= d) & (d <= e) & (rise(splat(1.0), o, p, q, r) >= 0.0), 1.0, rises)
     may = may & (falls + rises == 0.0)
     if any_lane(may):
         _peak(kernels, sizes, at, t, length, low, high, value, sign, kept, may, a, b, c, d, e)

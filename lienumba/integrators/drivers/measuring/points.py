@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lienumba.compiler.lanes import Address, Lanes, Mask, all_lanes, call, choose, load, splat, store
+from lienumba.compiler.lanes import Address, Lanes, Mask, all_lanes, any_lane, call, choose, load, splat, store
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
@@ -14,7 +14,7 @@ from lienumba.numerics.operations import maximum, minimum
 FIRST_POINT = 0.17267316464601142845  # (1 - sqrt(3/7))/2
 BEYOND = 0.32  # of what five values differ by, their interpolant goes beyond the largest one at most
 GAP = 8  # places between two points in which an interpolant is looked at
-SLOPE_B, SLOPE_C, SLOPE_D = 6.756502488724238, -8.0 / 3.0, 1.410164177942427
+SQUARE = 3.0 / 7.0  # of where the inner points are, between -1 and 1
 
 
 @inlined
@@ -58,8 +58,9 @@ def look(
     else:
         store(at.clock, layout.TIME, t)
         between(kernels, at, fraction)
-        stages.commit(edge == -1.0, at.now, at.state, rows)
-        stages.commit(edge == 1.0, at.now, at.new, rows)
+        if any_lane(edge != 0.0):
+            stages.commit(edge == -1.0, at.now, at.state, rows)
+            stages.commit(edge == 1.0, at.now, at.new, rows)
     store(at.clock, layout.TIME, time_of(at, t, length, fraction))
     call(kernels[layout.MEASURE], state, at.parameters, at.clock, 0, to, at.work)
 
@@ -84,22 +85,24 @@ def value_of(sizes: Sizes, at: Workspace, signal: int, k: int) -> Lanes:
 
 
 @inlined
-def interpolated(x: float, a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes) -> Lanes:
-    """What the polynomial through five values is at x."""
-    p, q, r, s, u = x, x - FIRST_POINT, x - 0.5, x - (1.0 - FIRST_POINT), x - 1.0
-    m, n = FIRST_POINT, 1.0 - FIRST_POINT
-    half = 0.5 - m
-    ends = m * 0.5 * n
-    inner = m * half * (n - m) * n
-    centre = 0.5 * half * half * 0.5
-    sum_ends = (q * r * s * u) / ends * a + (p * q * r * s) / ends * e
-    return sum_ends - (p * r * s * u) / inner * b - (p * q * r * u) / inner * d + (p * q * s * u) / centre * c
+def through(a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes) -> tuple[Lanes, Lanes, Lanes, Lanes]:
+    """The polynomial through five values: the coefficients of s, s^2, s^3, s^4 beside c, for s from -1 to 1."""
+    sums, inner_sums = 0.5 * (e + a) - c, (0.5 * (d + b) - c) / SQUARE
+    leaps, inner_leaps = 0.5 * (e - a), 0.5 * (d - b) / (1.0 - 2.0 * FIRST_POINT)
+    cubic, quartic = (leaps - inner_leaps) / (1.0 - SQUARE), (sums - inner_sums) / (1.0 - SQUARE)
+    return leaps - cubic, sums - quartic, cubic, quartic
 
 
 @inlined
-def slope(a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes) -> Lanes:
-    """Half of what the polynomial through five values rises by at the first one, into the step."""
-    return -5.0 * a + SLOPE_B * b + SLOPE_C * c + SLOPE_D * d - 0.5 * e
+def risen(s: Lanes, o: Lanes, p: Lanes, q: Lanes, r: Lanes) -> Lanes:
+    """What it has risen by from the middle on."""
+    return s * (o + s * (p + s * (q + s * r)))
+
+
+@inlined
+def rise(s: Lanes, o: Lanes, p: Lanes, q: Lanes, r: Lanes) -> Lanes:
+    """Its derivative by s."""
+    return o + s * (2.0 * p + s * (3.0 * q + s * 4.0 * r))
 
 
 @inlined
@@ -130,10 +133,11 @@ def turn(sizes: Sizes, at: Workspace, condition: int, k: int) -> Lanes:
         value_of(sizes, at, condition, k),
     )
     end = value_of(sizes, at, condition, k + 1)
+    o, p, q, r = through(a, b, c, d, e)
     side, far, place = choose(begin > 0.0, splat(1.0), splat(-1.0)), splat(0.0), splat(-1.0)
     for n in range(1, GAP):
         x = point(k) + float(n) / GAP * (point(k + 1) - point(k))
-        beyond = -side * interpolated(x, a, b, c, d, e)
+        beyond = -side * (c + risen(splat(2.0 * x - 1.0), o, p, q, r))
         farther = beyond > far
         far, place = choose(farther, beyond, far), choose(farther, splat(x), place)
     return choose((begin > 0.0) & (end > 0.0), place, choose((begin <= 0.0) & (end <= 0.0), place, -1.0))
