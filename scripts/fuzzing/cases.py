@@ -19,7 +19,7 @@ from lienumba.scenario.resolve import resolve
 GALLERY = Path(__file__).parents[2] / "scenarios"
 OTHER_ACTS = ("modes", "equilibrium", "linearise", "rare", "worst", "sample", "info")
 LARGE = ("talos", "solo12", "iiwa", "ur5", "pendulum_chain")  # tried less often, since they take long
-MOST_STEPS = 20
+MOST_STEPS, MOST_TRIES = 20, 1e5  # of given length, and by a tolerance
 DAMAGE = [
     "\0", "\x1b", "=", "[[", "]]", "{", '"""', "\n", ".", "9" * 5000, "[" * 2000, "{a=" * 400, ".a" * 1500, "\ufeff",
     "\r", "é", "nan", "1e400", "1979-05-27", "07:32:00", "0xffffffffffffffffff",
@@ -176,6 +176,9 @@ def _shorten(tree: Tree) -> None:
             if isinstance(output, dict):
                 for key in ("every", "times"):
                     output.pop(key, None)
+        end = integrator.get("end_time")
+        if "tolerance" in integrator and "step" not in integrator and isinstance(end, float) and end > 0:
+            integrator.setdefault("min_step", end / MOST_TRIES)
     if isinstance(sweep, dict) and isinstance(sweep.get("runs"), int) and sweep["runs"] > 8:
         sweep["runs"] = 4
     tree.pop("study", None)

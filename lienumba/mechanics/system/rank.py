@@ -184,7 +184,7 @@ def _unmet(model: Model, now: Instant, b: np.ndarray, sizes: np.ndarray) -> tupl
     worst = np.abs(dependences @ left)
     names = []
     for constraint, rows in zip(constraints.constraints_of(model), constraints.rows_of(model), strict=True):
-        if worst[rows].max() > INVOLVED * worst.max():
+        if worst[rows].max(initial=0.0) > INVOLVED * worst.max():
             names.append(constraint.name)
     return tuple(names)
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+import lienumba
 from tests.scenario.checks.refusal import (
     ARM,
     BLOCK,
@@ -396,3 +397,17 @@ VALID = {
 @pytest.mark.parametrize("text", VALID.values(), ids=VALID)
 def test_what_is_no_contradiction(tmp_path: Path, text: str) -> None:
     assert accepted(tmp_path, text) == []
+
+
+def test_joints_without_rows_contradict_nothing() -> None:
+    """A spare joint that is not active stands before others that cannot hold together."""
+    body = {"name": "dish", "mass": 1, "inertia": [1, 2, 3], "position": [0, 0, 0]}
+    ends, points = ["dish", "ground"], [[0, 0, 0], [0, 0, 1]]
+    spare = {"name": "spare", "active": False, "type": "distance", "bodies": ends, "points": points}
+    upright = {"name": "upright", "type": "parallel_axes", "bodies": ends[::-1], "axis": [0, 0, 1]}
+    tilts = {"name": "tilts", "body": "dish", "motion": "angular_velocity", "frame": "body", "value": [1, 0.5, 0]}
+    model = {"bodies": [body], "joints": [spare, upright], "drivers": [tilts]}
+    caught = {"name": "caught", "when": "t > 0.005", "action": "engage", "joint": "spare"}
+    scenario = {"model": model, "integrator": {"step": 1e-3, "end_time": 0.01}, "events": [caught]}
+    with pytest.raises(lienumba.ScenarioError, match="model: upright and tilts contradict each other"):
+        lienumba.run(scenario, progress=False)
