@@ -160,3 +160,24 @@ def test_so_it_does_far_away_and_slowly(action: str) -> None:
     })  # fmt: skip
     assert (ds.event_count == 1).all()
     assert (ds.changes == (0 if action == "stop" else 1)).all()
+
+
+@pytest.mark.parametrize("settings", [{"method": "dop853", "tolerance": 1e-9}, {"method": "rk4", "step": 0.01}])
+def test_what_a_latch_does_not_hold_comes_back(settings: dict[str, Any]) -> None:
+    """A ball reaches the floor at the time at which the gate beside it reaches its stop and is caught there."""
+    data = slide(0.5, [event("down", "rail.displacement < 0", "lock")])
+    data |= {"integrator": settings | {"end_time": 0.5, "coordinates": "joint"}}
+    data["model"]["limits"][0]["restitution"] = 0.3
+    heights = np.random.default_rng(6).uniform(0.6, 1.2, 16)
+    ball = {"name": "ball", "mass": 2, "inertia": [1] * 3, "rotation": [1, 0, 0, 0], **scenarios.AT_REST}
+    floor = {"name": "floor", "type": "sphere_plane", "bodies": ["ball", "ground"], "points": [[0] * 3, [5, 0, 0]]}
+    floor |= {"normal": [0, 0, 1], "radius": 0.1, "restitution": 0.6}
+    data["model"]["bodies"].append(ball | {"position": [5, 0, "drop + 0.1"]})
+    data["model"]["contacts"] = [floor]
+    data["parameters"]["drop"] = 1.0
+    vary = {"joints.rail.displacement": heights.tolist(), "parameters.drop": heights.tolist()}
+    ds = lienumba.run(data | {"sweep": scenarios.table(vary)})
+    assert (ds.status == statuses.SUCCESS).all()
+    hits = np.sqrt(2 * heights / G)
+    np.testing.assert_allclose(ds.last_velocity[:, 0, 2], 0.0, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(ds.last_velocity[:, 1, 2], 0.6 * G * hits - G * (0.5 - hits), rtol=0, atol=1e-9)

@@ -5,8 +5,9 @@ import numpy as np
 
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.switching.complementarity import HOLDS, PRESSES, SOLVED, UNSOLVED, size, solve
+from lienumba.integrators.drivers.switching.complementarity import HOLDS, PRESSES, SOLVED, size, solve
 from lienumba.integrators.drivers.switching.reactions import STILL, Reactions, along, number, spread, still, touches
+from lienumba.integrators.drivers.switching.used_rows import held, take_firm
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     BILATERAL,
@@ -31,20 +32,25 @@ GAINS, LESSER = 1e-12, 60  # of what goes to and fro in an impact: rounding; hal
 @apart
 def impulses(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> int:
     """Of what is hit or closed, to x; see `complementarity.solve`."""
-    p, on = r.problem, first.state + layout.on_row(sizes)
+    p, on, firm = r.problem, first.state + layout.on_row(sizes), False
     for s in range(sizes.switches):
-        kind, row, closed = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST], rows[on + s, lane] != OFF
-        if kind == BILATERAL and closed:
-            p.law[s] = float(HOLDS)
-        if kind == UNILATERAL and (closed or touches(rows, first, sizes, lane, s, row)):
+        if p.switches[s, SWITCH_KIND] == BILATERAL and rows[on + s, lane] != OFF:
+            p.law[s], firm = float(HOLDS), True
+    if firm:
+        take_firm(r, sizes)
+    for i in range(sizes.switched):
+        r.wanted[i] = 0.0
+    for s in range(sizes.switches):
+        row, closed = p.switches[s, SWITCH_FIRST], rows[on + s, lane] != OFF
+        unilateral = p.switches[s, SWITCH_KIND] == UNILATERAL
+        if unilateral and (closed or touches(rows, first, sizes, lane, s, row)):
             p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, KINETIC)
             rebound = -number(rows, first, sizes, lane, s, RESTITUTION) * p.free[row]
             comes = p.free[row] < -still(rows, first, sizes, lane, s)
-            if comes and rebound > 0.0 and rebound >= number(rows, first, sizes, lane, s, REST_SPEED):
+            free = not (firm and held(r, row))  # what holds from now on lets nothing come back
+            if free and comes and rebound > 0.0 and rebound >= number(rows, first, sizes, lane, s, REST_SPEED):
                 r.wanted[row] = rebound
     said = _rebound(r, 1.0)
-    if said == UNSOLVED:  # what holds from now on may be what would come back
-        said = _rebound(r, 0.0)
     if said == SOLVED and _gained(r) > 0.0:
         said = _lessen(r)
     if said == SOLVED:

@@ -2,7 +2,7 @@
 
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.switching.complementarity import DEPENDENT, eliminate
+from lienumba.integrators.drivers.switching.complementarity import DEPENDENT, HOLDS, eliminate
 from lienumba.integrators.drivers.switching.reactions import Reactions
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
@@ -55,6 +55,19 @@ def independent(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: 
     _want(r, rows, first, sizes, lane)
     for phase in range(PHASES):
         _take(r, float(phase))
+
+
+@apart
+def take_firm(r: Reactions, sizes: Sizes) -> None:
+    """Take what holds, of which there is some; `held` says then of all other rows whether that leaves them anything."""
+    p = r.problem
+    for i in range(sizes.switched):
+        r.taken[i], r.wanted[i] = 0.0, float(ASKED)
+    for s in range(sizes.switches):
+        if p.law[s] == HOLDS:
+            for i in range(p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_FIRST] + p.switches[s, SWITCH_ROWS]):
+                r.wanted[i] = float(FIRM)
+    _take(r, float(FIRM))
 
 
 @apart
