@@ -267,3 +267,14 @@ def test_a_step_computes_its_derivatives_once(monkeypatch: pytest.MonkeyPatch) -
     found = lienumba.equilibrium(scenario, rotation=(0, 0, 1.5))
     assert found.status.item() == 1
     assert sum(work) < 2.0 * len(steps) * max(work)
+
+
+def test_what_flies_away_is_not_followed_far(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A free block that shall turn about an axis beside it: the farther out, the larger the force."""
+    taken, search = [], equilibrium._Search
+    step = search._step
+    monkeypatch.setattr(search, "_step", lambda self, which: taken.append(which) or step(self, which))
+    block = {"name": "block", "mass": 3.0, "inertia": [0.2, 0.3, 0.4], "position": [0.5, 0, 0.2]}
+    found = lienumba.equilibrium({"model": {"bodies": [block]}, **SHORT}, rotation=(1.0, 0.5, 0.3))
+    assert found.status.item() == 1
+    assert len(taken) < 100

@@ -37,6 +37,7 @@ Array = npt.NDArray[Any]
 STILL = (0.0, 0.0, 0.0)
 LONGEST = 0.2  # rad, and of the size of the mechanism: the most that a step moves
 STEPS = 400
+AWAY = 60  # steps in a row, each with a larger force: no joint turns so far, something flies away
 TO_AND_FRO = 20  # steps in a row, each with the force of the last but one: it will not come to rest
 HALVINGS = 12
 DONE = 1e-13  # rad, and of the size: a step of Newton's that is shorter changes nothing
@@ -221,7 +222,8 @@ class _Search:
         will."""
         every, worst = np.arange(self.runs), self._unbalanced()
         (done, still), left, never = np.zeros((2, self.runs), bool), np.where(worst > 0.0, worst, np.nan), worst > 0.0
-        last, before, repeated = np.full(self.runs, np.inf), np.full((2, self.runs), np.nan), np.zeros(self.runs)
+        last, before = np.full(self.runs, np.inf), np.full((2, self.runs), np.nan)
+        repeated, grown = np.zeros((2, self.runs))
         for _ in range(STEPS):
             which = every[~done & ~never & np.isfinite(self.state).all(axis=0)]
             if not len(which):
@@ -238,7 +240,8 @@ class _Search:
             done[which] = settled & (step.newton | (step.force <= ROUNDING * worst[which]))
             as_before = np.abs(before[:, which] - step.force) <= ROUNDING * step.force
             repeated[which] = np.where(~as_before[0] & as_before[1], repeated[which] + 1, 0)
-            never[which] = repeated[which] >= TO_AND_FRO
+            grown[which] = np.where(step.force > before[0, which], grown[which] + 1, 0)
+            never[which] = (repeated[which] >= TO_AND_FRO) | (grown[which] >= AWAY)
             before[:, which] = step.force, before[0, which]
         good = done & (still | (left <= np.maximum(ROUNDING * worst, 1e-12)))
         status, growth = np.full(self.runs, NONE_FOUND), np.full(self.runs, np.nan)
