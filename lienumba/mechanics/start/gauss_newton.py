@@ -32,6 +32,7 @@ FAR = 10  # iterations that look for the least correction; where it is large the
 PATIENCE = 8  # iterations without a smaller violation than before
 LONGEST_TURN = 1.0  # rad, of any body in one iteration
 DAMPING = 0.1  # of a violation of 1
+SMALL = 1e-6  # of a violation: less is none to wait for where it is damped
 SLOW = 0.5  # an accepted state whose violation shrinks no faster than this has met rounding
 TAKEN_BACK = 8  # passes in which lent masses are
 KICKS = (
@@ -44,6 +45,9 @@ KICKS = (
     -1.5,
     3.1,
 )  # rad: where no way leads from the start, bodies start again turned and moved
+OFTEN = 2  # times that such a way ends in the least violation known, to ALIKE of it: then there is none less
+ALIKE = 1e-3
+FLIPPED = 1.0  # the violation of what points the other way, where other starts may lead elsewhere
 
 
 @dataclass(frozen=True)
@@ -72,12 +76,16 @@ class Closing:
             if not np.all(accepted):
                 again = self._closed(poses.chosen(accepted, best, other), free)
                 best = poses.chosen(~accepted & (self._violation(again)[0] < worst), again, best)
+        met = np.zeros(self.runs)
         for kick in KICKS:
             worst, accepted = self._violation(best)
-            if np.all(accepted):
+            lost = ~accepted & (met < OFTEN)
+            if not np.any(lost):
                 break
-            again = self._closed(poses.moved(local, self._kick(local, free, kick), ~accepted), free, DAMPING)
-            best = poses.chosen(~accepted & (self._violation(again)[0] < worst), again, best)
+            again = self._closed(poses.moved(local, self._kick(local, free, kick), lost), free, DAMPING)
+            reached, _ = self._violation(again)
+            met = np.where(lost & (reached < FLIPPED) & (absolute(reached - worst) < ALIKE * worst), met + 1.0, met)
+            best = poses.chosen(lost & (reached < worst), again, best)
         every = np.ones(self.runs, bool)
         return poses.chosen(every, best, best)  # arrays, whether or not a run had to move
 
@@ -95,7 +103,7 @@ class Closing:
         going = np.ones(self.runs, bool)
         for n in range(ITERATIONS):
             worst, accepted = self._violation(local)
-            waited = np.where(worst < best, 0.0, waited + 1.0)
+            waited = np.where(worst < (best if damping == 0.0 else (1.0 - SMALL) * best), 0.0, waited + 1.0)
             best = np.minimum(best, worst)
             going = going & (worst != 0.0) & (waited < PATIENCE) & ~(accepted & (worst > SLOW * before))
             if not np.any(going):
@@ -139,7 +147,7 @@ class Closing:
             joint, view = self.model.joints[index], still(now, self.model.joints[index].bodies)
             first, second = (joints.direction(joint, side, view[i], axis) for side, i in enumerate(joint.bodies))
             against = so3.dot(first, second) < 0.0
-            worst, accepted = where(against, maximum(worst, 1.0), worst), accepted & ~np.asarray(against)
+            worst, accepted = where(against, maximum(worst, FLIPPED), worst), accepted & ~np.asarray(against)
         return np.array(np.broadcast_to(np.asarray(worst, float), (self.runs,))), accepted
 
     def _kick(self, local: tuple[Local, ...], free: frozenset[int], angle: float) -> list[Any]:

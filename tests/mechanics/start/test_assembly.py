@@ -5,9 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from lienumba.errors import ScenarioError
 from lienumba.groups import so3
 from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, JointStart, Model, Pose, Start
-from lienumba.mechanics.start import assembly
+from lienumba.mechanics.start import assembly, gauss_newton
+from lienumba.scenario.resolve import resolve
+from lienumba.scenario.start import prepare
 from tests.compiler.evaluation import assert_same_bits
 from tests.oracles.reference import naive
 from tests.rigs.mechanisms import GRAVITY, D, S, body
@@ -167,6 +170,33 @@ def test_points_too_far_apart_for_any_rotation_are_reported():
     done = assemble(m, (Pose(),), 1)
     assert not done.good.any()
     assert done.position_violations.max() > 0.5
+
+
+def test_what_fits_nowhere_is_not_sought_for_long(monkeypatch):
+    """Hinges about one axis, of which the last body shall be turned about another one: where starts that differ end
+    equally far from it, no other one is tried."""
+    chain = {
+        "bodies": [{"name": f"b{i}", "mass": 1.0, "inertia": [0.1, 0.1, 0.1]} for i in range(4)],
+        "joints": [
+            {
+                "name": f"j{i}",
+                "type": "revolute",
+                "bodies": [f"b{i - 1}" if i else "ground", f"b{i}"],
+                "points": [[0.5 if i else 0.0, 0, 0], [-0.5, 0, 0]],
+                "axes": [[0, 0, 1], [0, 0, 1]],
+                "angle": 0.3,
+                "rate": 0.0,
+            }
+            for i in range(4)
+        ],
+        "drivers": [{"name": "tilt", "motion": "orientation", "body": "b3", "value": [0.4, 0, 0]}],
+    }
+    steps, least = [], gauss_newton.least
+    monkeypatch.setattr(gauss_newton, "least", lambda *given: steps.append(1) or least(*given))
+    integrator = {"method": "rk4", "step": 1e-3, "end_time": 0.1}
+    with pytest.raises(ScenarioError, match="prescribes another position at t = 0"):
+        prepare.check_initial(resolve({"model": chain, "integrator": integrator}))
+    assert len(steps) < 120
 
 
 # ---------------------------------------------------------------- one run and its batch
