@@ -10,6 +10,7 @@ from lienumba.errors import ScenarioError
 from lienumba.words import absence
 
 LARGEST = 1e10  # of a number that says how something moves; MuJoCo takes no larger coordinates
+LARGEST_FILE = 64 << 20  # bytes
 ENDINGS = (".urdf", ".xml", ".mjcf")
 COMMENT = re.compile(rb"<!--(.*?)-->", re.DOTALL)
 DASHES, BETWEEN = re.compile(rb"-(?=-|$)"), b"\x7f"  # XML wants something between dashes of a comment
@@ -87,15 +88,19 @@ def _check_encoding(path: Path, text: bytes) -> None:
 
 
 def _bytes(path: Path) -> bytes:
-    if path.is_dir():
-        raise ScenarioError.at("", f"{path} is a folder", "give the path of a URDF or MJCF file in it")
-    if not path.exists():
-        rule, remedy = absence(path, ENDINGS)
-        raise ScenarioError.at("", f"{path} {rule}", remedy)
     try:
-        text = path.read_bytes()
+        if path.is_dir():
+            raise ScenarioError.at("", f"{path} is a folder", "give the path of a URDF or MJCF file in it")
+        if not path.exists():
+            rule, remedy = absence(path, ENDINGS)
+            raise ScenarioError.at("", f"{path} {rule}", remedy)
+        with path.open("rb") as file:
+            text = file.read(LARGEST_FILE + 1)
     except OSError as error:
         raise ScenarioError.at(f"{path} cannot be read", str(error.strerror), "check its permissions") from None
+    if len(text) > LARGEST_FILE:
+        rule = f"is larger than {LARGEST_FILE >> 20} MiB"
+        raise ScenarioError.at(str(path), rule, "give a URDF or MJCF file, with its meshes in files of their own")
     # robots in use have `--` within comments, and space before their declaration
     text = COMMENT.sub(lambda found: b"<!--" + DASHES.sub(b"-" + BETWEEN, found[1]) + b"-->", text)
     return text.lstrip() if text.lstrip().startswith(b"<?xml") else text

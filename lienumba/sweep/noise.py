@@ -6,6 +6,7 @@ A course is the same whatever the number of runs, steps or workers, and a longer
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from hashlib import file_digest, sha256
+from os.path import isfile
 from pathlib import Path
 from typing import Any
 
@@ -74,7 +75,7 @@ class RecordedCourses(RunNumbers):
     @staticmethod
     def of(name: str, source: Recorded, labels: np.ndarray, count: int) -> "RecordedCourses":
         """A ScenarioError if the file is not there, or is another one."""
-        if not Path(source.file).is_file():
+        if not isfile(source.file):
             remedy = f"put the file there on every machine that computes, or {Path(source.file).name} beside a dataset"
             raise ScenarioError.at(f"{name}.table", "there is no such file", remedy, source.file)
         if not is_file(source.file, source.checksum):
@@ -104,7 +105,7 @@ class RecordedCourses(RunNumbers):
 
 def is_file(path: str, checksum: str | None) -> bool:
     """Whether a file is there that has this checksum."""
-    return Path(path).is_file() and checksum_of(Path(path)) == checksum
+    return isfile(path) and checksum_of(Path(path)) == checksum
 
 
 def checksum_of(path: Path) -> str:

@@ -103,6 +103,9 @@ def test_a_scenario_knows_its_file(tmp_path: Path) -> None:
     written(tmp_path, 2.0 * COURSES)
     with pytest.raises(ScenarioError, match="is not the file with which this was written; give that file, whose SHA"):
         lienumba.run(again)
+    again.write_text(known.replace(str(path), f"{path.parent}/{'a' * 300}.nc"))  # longer than names of files may be
+    with pytest.raises(ScenarioError, match="there is no such file; put the file there"):
+        lienumba.run(again)
     assert resolve(scenario(path)).sha256() != first.sha256()
     other = path.rename(tmp_path / "other.nc")
     written(tmp_path)

@@ -51,3 +51,8 @@ def test_what_collides_is_drawn_where_there_is_nothing_else(tmp_path: Path) -> N
     model = model_of(tmp_path, ground=drawn(MESH) + drawn(box, "collision"), arm=drawn(box, "collision"))
     assert [shape["type"] for shape in model["ground_shapes"]] == ["mesh"]
     assert [shape["type"] for shape in model["bodies"][0]["shapes"]] == ["box"]
+
+
+def test_a_mesh_with_a_name_that_no_file_can_have_is_left_out(tmp_path: Path) -> None:
+    model = model_of(tmp_path, arm=drawn(f'<mesh filename="{"m" * 300}.stl"/>') + drawn('<box size="1 2 3"/>'))
+    assert [shape["type"] for shape in model["bodies"][0]["shapes"]] == ["box"]

@@ -3,6 +3,7 @@
 import os
 import re
 from collections.abc import Iterator
+from os.path import isfile
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -27,7 +28,7 @@ def find(name: str, file: Path, folder: str = "") -> Path | None:
         In the package of that name above the file, in those of ROS_PACKAGE_PATH and AMENT_PREFIX_PATH, or where the
         rest of the path leads from a folder above the file.
     """
-    return next((x.resolve() for x in _candidates(name, file.resolve(), folder) if x.is_file()), None)
+    return next((x.resolve() for x in _candidates(name, file.resolve(), folder) if isfile(x)), None)
 
 
 def _candidates(name: str, file: Path, folder: str) -> Iterator[Path]:

@@ -11,6 +11,7 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from functools import lru_cache
+from os.path import isfile
 from pathlib import Path
 from typing import Any
 
@@ -180,7 +181,7 @@ def _refuse_siblings(place: str, function: object, path: Path, text: str) -> Non
         for name in (name.partition(".")[0] for name in names):
             beside = path.parent / name
             known = name in ("", "lienumba") or name in sys.stdlib_module_names
-            if not known and (beside.with_suffix(".py").is_file() or (beside / "__init__.py").is_file()):
+            if not known and (isfile(f"{beside}.py") or isfile(beside / "__init__.py")):
                 raise ScenarioError.at(
                     place,
                     f"line {node.lineno} imports {name} from beside {path.name}, but only {path.name} is kept "

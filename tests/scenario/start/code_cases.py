@@ -72,6 +72,10 @@ FILES = {
         law("import nosuch\n\n\ndef f(j): pass\n", head=""),
         f"{AT}law.py cannot be run: line 1, `import nosuch`: ModuleNotFoundError: No module named 'nosuch'; correct it",
     ),
+    "import of a name that no file can have": (
+        law(f"import {'n' * 300}\n\n\ndef f(j): pass\n", head=""),
+        f"{AT}law.py cannot be run: line 1, `import nnn",
+    ),
     "raises when it is read": (
         law("def g():\n    return 1 / 0\n\n\nx = g()\n\n\ndef f(j): pass\n", head=""),
         f"{AT}law.py cannot be run: line 2, `return 1 / 0`: ZeroDivisionError: division by zero; correct it",
