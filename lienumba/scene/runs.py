@@ -128,8 +128,8 @@ def _poses(ds: "xr.Dataset") -> tuple[tuple[str, ...], str]:
 
 
 def has_bodies(ds: "xr.Dataset", scenario: Scenario) -> bool:
-    """Whether a dataset, which may be a selection, has all bodies of its scenario, and all of their axes."""
-    if any(ds.sizes.get(dim) != len(XYZ) for dim in ("axis", "body_axis")):
+    """Whether a dataset, which may be a selection, has all bodies of its scenario, and all of their axes, in order."""
+    if any(dim not in ds.coords or ds[dim].values.tolist() != list(XYZ) for dim in ("axis", "body_axis")):
         return False
     return "body" in ds.dims and ds["body"].values.tolist() == [body.name for body in scenario.data.model.bodies]
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from lienumba.engine.simulate import Tell
 
 TURN = 2.0  # rad between two stored times, beyond which nobody can tell how a body got from one to the other
+SHEARED = 0.01  # by how much a volume may change where bodies turn
 FAR = 5.0  # of its own size: a free mechanism that travels farther is followed
 
 
@@ -216,9 +217,13 @@ def _along_time(there: "xr.Dataset", name: str) -> np.ndarray | None:
 
 
 def _stored_poses(there: "xr.Dataset") -> tuple[np.ndarray, ...] | None:
-    """Times, positions and rotations from the start on, if they are stored."""
+    """Times, positions and rotations from the start on, if they are stored, and are rotations."""
     position, rotation = (_along_time(there, name) for name in POSE)
     if position is None or rotation is None or there["time"].values[0] != 0.0:
+        return None
+    with np.errstate(all="ignore"):
+        volumes = np.linalg.det(np.where(np.isfinite(rotation), rotation, np.eye(3)))
+    if not (abs(volumes - 1.0) < SHEARED).all():
         return None
     return there["time"].values, position, rotation
 

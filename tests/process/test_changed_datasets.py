@@ -7,6 +7,7 @@ from pathlib import Path
 
 import netCDF4
 import pytest
+import xarray as xr
 from typer.testing import CliRunner
 
 from lienumba.cli import app
@@ -75,6 +76,19 @@ def test_changes_that_are_none(name: str, value: float, sound: dict[str, Path], 
     with netCDF4.Dataset(path, "a") as file:
         file.variables[name][1, 0] = value
     refused(path)
+
+
+@pytest.mark.parametrize("name", ["steps", "end_time"])
+def test_a_study_that_has_lost_what_its_errors_stand_over(name: str, sound: dict[str, Path], tmp_path: Path) -> None:
+    path = tmp_path / "x.nc"
+    with xr.open_dataset(sound["study"]) as ds:
+        ds.drop_vars(name).to_netcdf(path)
+    for command in (["report", "-o", "x.html"], ["analyse"]):
+        with contextlib.chdir(tmp_path):
+            done = CliRunner().invoke(app, [command[0], str(path), *command[1:]])
+        assert done.exit_code == 2
+        assert done.stderr.startswith(f"error: {path}")
+        assert name in done.stderr
 
 
 def test_a_dataset_without_a_scenario_cites_nothing(sound: dict[str, Path], tmp_path: Path) -> None:

@@ -135,6 +135,22 @@ def test_what_is_not_stored_is_simulated_again(output):
     assert (again.rotations == whole.rotations).all()
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda ds: ds.isel(axis=[2, 1, 0]),
+        lambda ds: ds.isel(axis=[1, 2, 0], body_axis=[1, 2, 0]),
+        lambda ds: ds.assign(rotation=-ds["rotation"]),
+        lambda ds: ds.assign(rotation=1e200 * ds["rotation"]),
+    ],
+)
+def test_what_is_no_rotation_or_in_other_axes_is_simulated_again(change):
+    ds = lienumba.run(top(runs=3, output={"every": 0.01}))
+    whole, changed = (scene(x, runs=[2]).runs[0] for x in (ds, change(ds)))
+    np.testing.assert_array_equal(changed.rotations[-1], whole.rotations[-1])
+    np.testing.assert_array_equal(changed.positions[-1], whole.positions[-1])
+
+
 def test_full_runs_are_read():
     ds = lienumba.run(top(runs=9, output={"mode": "summary", "full_runs": "3,5", "every": 0.01}))
     shown = scene(ds, runs=[5]).runs[0]
