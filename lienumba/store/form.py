@@ -142,7 +142,7 @@ def _check_study(ds: xr.Dataset, where: str) -> None:
     states = [name for name in study_layout.ERRORS if f"{name}_error" in ds or f"reference_{name}_error" in ds]
     known = dict.fromkeys([*states, *study_layout.errors_of(ds)])
     needed = [f"{of}{name}_error" for name in known for of in ("", "reference_")]
-    lost = [name for name in [*needed, "time_per_run", "steps", "end_time"] if name not in ds.data_vars]
+    lost = [name for name in [*needed, *study_layout.COSTS] if name not in ds.data_vars]
     if lost:
         raise damaged(where, f"it has lost {lost[0]}")
     grid = {dim for name in study_layout.grid_of(ds) for dim in ds[name].dims}

@@ -48,6 +48,7 @@ VARIABLES: dict[str, Variable] = {
     "evaluations": Variable(RUN, "1", "evaluations of the accelerations: stages times attempted steps"),
     **TIMES,
 }  # fmt: skip
+COSTS = ("end_time", "steps", "evaluations", *TIMES)  # over which errors stand
 TAKEN = {*VARIABLES, *layout.COORDINATES, CASE}  # what no coordinate of a grid may be called
 TRUSTED = 100.0  # an error below this many times that of the reference is doubtful
 

@@ -78,8 +78,8 @@ def test_changes_that_are_none(name: str, value: float, sound: dict[str, Path], 
     refused(path)
 
 
-@pytest.mark.parametrize("name", ["steps", "end_time"])
-def test_a_study_that_has_lost_what_its_errors_stand_over(name: str, sound: dict[str, Path], tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["steps", "end_time", "evaluations", "time_per_run", "time_per_run_spread"])
+def test_a_study_that_has_lost_a_variable(name: str, sound: dict[str, Path], tmp_path: Path) -> None:
     path = tmp_path / "x.nc"
     with xr.open_dataset(sound["study"]) as ds:
         ds.drop_vars(name).to_netcdf(path)
