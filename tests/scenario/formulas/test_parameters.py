@@ -11,6 +11,7 @@ import lienumba
 from lienumba.engine.programs import program_of
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import prepare
+from tests.rigs.places import ROOT
 
 SERVO: dict[str, Any] = {
     "parameters": {
@@ -231,3 +232,14 @@ def test_what_a_sweep_may_not_vary(path, sentence):
 def test_what_is_varied_cannot_be_set():
     with pytest.raises(lienumba.ScenarioError, match=r"is varied by sweep\.vary"):
         resolve(swept(), overrides={"parameters.kp": 3})
+
+
+def test_a_value_of_a_quantity_that_has_none_may_even_read_itself() -> None:
+    with open(ROOT / "scenarios" / "belt_drive.toml", "rb") as file:
+        raw = tomllib.load(file)
+    lists = raw["model"] if "quantities" in raw["model"] else raw
+    motor = next(x for x in lists["quantities"] if x["name"] == "motor")
+    motor["value"] = "2*motor.angle"
+    raw["requirements"] = [{"name": "slow", "value": "motor.angle", "below": 1.0}]
+    with pytest.raises(lienumba.ScenarioError, match=r"motor\.value.* has no meaning for a quantity of type joint"):
+        resolve(raw)
