@@ -44,7 +44,7 @@ INSIDE = {  # the floors of rooms, lowest first
         {"samplers", "table"}, {"design"}, {"noise"},
     ],
     "store": [
-        {"deflate", "layout", "opening", "provenance", "refusals"}, {"linear_layout", "study_layout", "windows"},
+        {"deflate", "layout", "opening", "provenance"}, {"refusals"}, {"linear_layout", "study_layout", "windows"},
         {"form"}, {"files", "names"}, {"outputs"}, {"columns", "finished", "targets"}, {"stream"}, {"shards"},
     ],
     "scenario": [

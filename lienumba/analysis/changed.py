@@ -10,6 +10,7 @@ import xarray as xr
 
 from lienumba.batch.changes import KIND_OF, NONE, Kind
 from lienumba.errors import ScenarioError
+from lienumba.store.refusals import check_together
 
 QUANTILES = (0.05, 0.5, 0.95)
 BLOCK = 1000  # runs that are read at once
@@ -81,7 +82,7 @@ def changes(ds: xr.Dataset) -> xr.Dataset:
     ScenarioError
         Where nothing of the mechanism can change.
     """
-    if "change_time" not in ds:
+    if not tells(ds):
         raise ScenarioError("the dataset tells of no changes: its mechanism has no locks, limits, contacts or actions")
     run, n = np.nonzero(ds["change_kind"].values != NONE)
     kinds, whats = (ds[name].values[run, n].astype(int) for name in ("change_kind", "change_what"))
@@ -92,6 +93,12 @@ def changes(ds: xr.Dataset) -> xr.Dataset:
         **{name: ds[f"change_{name}"].values[run, n] for name in ("time", "impulse", "energy")},
     }
     return xr.Dataset({name: ("entry", column) for name, column in columns.items()})
+
+
+def tells(ds: xr.Dataset) -> bool:
+    """Whether a dataset has the table of changes; a ScenarioError if it has a part of it."""
+    check_together(ds, "the dataset")
+    return "change_time" in ds
 
 
 def _name(ds: xr.Dataset, kind: Kind, what: int) -> str:

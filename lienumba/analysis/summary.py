@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from lienumba.analysis.changed import Changed, changed, told
+from lienumba.analysis.changed import Changed, changed, tells, told
 from lienumba.analysis.outcomes import Outcome, of_sweep, outcomes
 from lienumba.analysis.weights import kept_of, weights_of, weights_told
 from lienumba.batch.statuses import GOOD, SUCCESS
@@ -149,8 +149,8 @@ def summarise(ds: xr.Dataset) -> Summary:
         kept=tuple(row for x in kept for row in _quantiles(str(x.name), x, good & sampled, weights)),
         ended=tuple(_ended(ds, good & ~finished & sampled)),
         events=tuple(_happened(ds, good & sampled)),
-        changes=tuple(changed(ds, good & as_varied)) if "change_time" in ds else (),
-        changes_told=told(ds, good & as_varied) if "change_time" in ds else "",
+        changes=tuple(changed(ds, good & as_varied)) if tells(ds) else (),
+        changes_told=told(ds, good & as_varied) if tells(ds) else "",
         max_position_violation=_maximum(ds, "max_position_violation", good),
         max_velocity_violation=_maximum(ds, "max_velocity_violation", good),
         max_energy_drift=_maximum(ds, "max_energy_drift", good),

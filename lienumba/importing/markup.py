@@ -7,7 +7,7 @@ from pathlib import Path
 from xml.parsers import expat
 
 from lienumba.errors import ScenarioError
-from lienumba.words import absence
+from lienumba.scenario.base.named_file import content
 
 LARGEST = 1e10  # of a number that says how something moves; MuJoCo takes no larger coordinates
 LARGEST_FILE = 64 << 20  # bytes
@@ -88,19 +88,8 @@ def _check_encoding(path: Path, text: bytes) -> None:
 
 
 def _bytes(path: Path) -> bytes:
-    try:
-        if path.is_dir():
-            raise ScenarioError.at("", f"{path} is a folder", "give the path of a URDF or MJCF file in it")
-        if not path.exists():
-            rule, remedy = absence(path, ENDINGS)
-            raise ScenarioError.at("", f"{path} {rule}", remedy)
-        with path.open("rb") as file:
-            text = file.read(LARGEST_FILE + 1)
-    except OSError as error:
-        raise ScenarioError.at(f"{path} cannot be read", str(error.strerror), "check its permissions") from None
-    if len(text) > LARGEST_FILE:
-        rule = f"is larger than {LARGEST_FILE >> 20} MiB"
-        raise ScenarioError.at(str(path), rule, "give a URDF or MJCF file, with its meshes in files of their own")
+    instead = "give a URDF or MJCF file, with its meshes in files of their own"
+    text = content(path, "URDF or MJCF", ENDINGS, LARGEST_FILE, instead)
     # robots in use have `--` within comments, and space before their declaration
     text = COMMENT.sub(lambda found: b"<!--" + DASHES.sub(b"-" + BETWEEN, found[1]) + b"-->", text)
     return text.lstrip() if text.lstrip().startswith(b"<?xml") else text

@@ -14,7 +14,7 @@ from lienumba.batch.statuses import STATUSES
 from lienumba.errors import ScenarioError
 from lienumba.store import linear_layout, study_layout
 from lienumba.store.layout import COORDINATES, FULL, RUN, SAID_OF, VARIABLES, VERDICT, VERDICTS
-from lienumba.store.refusals import check_dimension, damaged
+from lienumba.store.refusals import check_dimension, check_together, damaged
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,6 +51,7 @@ def check_form(ds: xr.Dataset, where: str, needed: Sequence[str] = ("status",), 
     for name, x in ds.variables.items():
         _check_variable(ds, str(name), x, grid, where)
     _check_statuses(ds["status"], where)
+    check_together(ds, where)
     _check_changes(ds, where)
     if study_layout.is_study(ds):
         _check_study(ds, where)
@@ -152,7 +153,7 @@ def _check_study(ds: xr.Dataset, where: str) -> None:
 
 def _check_changes(ds: xr.Dataset, where: str) -> None:
     """Each must be of something, of a kind and at a time."""
-    if "change_kind" not in ds or "change_what" not in ds:
+    if "change_kind" not in ds:
         return
     kinds, whats = ds["change_kind"].values, ds["change_what"].values
     some = kinds != NONE
@@ -162,7 +163,7 @@ def _check_changes(ds: xr.Dataset, where: str) -> None:
         of, here = "event" if KIND_OF[kind].of_event else "switch", whats[kinds == kind]
         if not (here.min() >= 0 and here.max() < ds.sizes.get(of, 0)):
             raise damaged(where, f"change_what is of no {of}")
-    if "change_time" in ds and not np.isfinite(ds["change_time"].values[some]).all():
+    if not np.isfinite(ds["change_time"].values[some]).all():
         raise damaged(where, "changes have no times")
 
 

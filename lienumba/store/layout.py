@@ -85,6 +85,9 @@ OF_RUNS: dict[str, Variable] = {
     ),
     WEIGHT: Variable(RUN, "1", "density of the inputs over that by which the run was drawn"),
 }
+TABLE = tuple(name for name, x in OF_RUNS.items() if x.dims == CHANGE)  # of changes
+# What is of no use without the other: a selection keeps both, or none.
+TOGETHER = {**dict.fromkeys(TABLE, (*TABLE, "changes", "energy_lost")), MET: (MARGIN,)}
 VARIABLES: dict[str, Variable] = {}
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lienumba.errors import ScenarioError
+from lienumba.store.layout import TOGETHER
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,3 +23,10 @@ def check_dimension(ds: xr.Dataset, dim: str, where: str) -> None:
         raise ScenarioError(
             f"{where}: has only one {dim}, without its dimension; select with a list, such as ds.sel({dim}=[{label!r}])"
         )
+
+
+def check_together(ds: xr.Dataset, where: str) -> None:
+    """Refuse one that has something without what it is of no use without."""
+    for name, needed in TOGETHER.items():
+        for lost in (other for other in needed if name in ds and other not in ds):
+            raise damaged(where, f"it has lost {lost}")

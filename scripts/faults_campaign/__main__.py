@@ -6,6 +6,7 @@ from pathlib import Path
 
 from faults_campaign.attack import campaign as attack
 from faults_campaign.kills import Report, at_every_change, campaign
+from faults_campaign.removals import removals
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "heavy_top_monte_carlo.toml"
 OPTIONS = [
@@ -27,10 +28,16 @@ def main(kills: int, seed: int, datasets: int) -> int:
         chosen = at_every_change(SCENARIO, Path(folder), SHORT, tell)
     with tempfile.TemporaryDirectory() as folder:
         found = attack(Path(folder), seed, -(-datasets // PORTION), PORTION, tell)
+    with tempfile.TemporaryDirectory() as folder:
+        removed = removals(Path(folder), tell)
+    for fault in removed.faults:
+        tell(fault)
     tell(f"at random moments: {_told(random)}")
     tell(f"before and behind every change of a file: {_told(chosen)}")
-    tell(f"{found.files} changed datasets, {sum(found.codes.values())} commands: {len(found.faults) or 'no'} faults")
-    return 1 if random.different or chosen.different or found.faults else 0
+    for what, outcome in (("changed datasets", found), ("datasets without one of their variables", removed)):
+        count = sum(outcome.codes.values())
+        tell(f"{outcome.files} {what}, {count} commands: {len(outcome.faults) or 'no'} faults")
+    return 1 if random.different or chosen.different or found.faults or removed.faults else 0
 
 
 def _told(report: Report) -> str:

@@ -70,6 +70,12 @@ def test_runs_without_changes():
         changes(known()[["status"]])
 
 
+def test_a_table_that_has_lost_a_column():
+    for reading in (changes, summarise):
+        with pytest.raises(ScenarioError, match="is not as lienumba wrote it, it has lost change_impulse;"):
+            reading(known().drop_vars("change_impulse"))
+
+
 def test_flags_say_what_numbers_mean(tmp_path):
     write(known(), tmp_path / "out.nc")
     with xr.open_dataset(tmp_path / "out.nc", decode_times=False) as opened:

@@ -109,7 +109,8 @@ def test_refused(out, tmp_path):
     (tmp_path / "no.nc").write_text("no")
     xr.Dataset({"x": 1}).to_netcdf(tmp_path / "other.nc")
     grid = Coordinate("step", "step", (0.1, 0.2), "s", "integrator.step")
-    arrays = {"status": np.zeros((1, 2)), "time_per_run": np.ones(2)}
+    counts = {name: np.ones((1, 2)) for name in ("status", "end_time", "steps", "evaluations")}
+    arrays = {**counts, "time_per_run": np.ones(2), "time_per_run_spread": np.zeros(2)}
     study(arrays, [0], [grid], {}, {}, {"scenario_sha256": "ab12"}).to_netcdf(tmp_path / "study.nc")
     own = Path(tmp_path)
     for arguments, sentence in {

@@ -238,7 +238,7 @@ def test_what_is_no_robot(tmp_path):
     nearest = f" does not exist; the nearest file there is {tmp_path / 'robot.urdf'}"
     assert said(tmp_path / "robbot.urdf") == nearest
     assert said(tmp_path / "a" / "b.urdf") == f" does not exist; nor does the folder {tmp_path / 'a'}; check the path"
-    assert said(tmp_path / f"{'b' * 300}.urdf") == " cannot be read: File name too long; check its permissions"
+    assert said(tmp_path / f"{'b' * 300}.urdf") == " cannot be read: File name too long; check the path"
     endless = tmp_path / "endless.urdf"
     endless.symlink_to("/dev/zero")
     rule = " is larger than 64 MiB; give a URDF or MJCF file, with its meshes in files of their own"

@@ -78,17 +78,35 @@ def test_changes_that_are_none(name: str, value: float, sound: dict[str, Path], 
     refused(path)
 
 
-@pytest.mark.parametrize("name", ["steps", "end_time", "evaluations", "time_per_run", "time_per_run_spread"])
-def test_a_study_that_has_lost_a_variable(name: str, sound: dict[str, Path], tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        *[("study", name) for name in ("steps", "end_time", "evaluations", "time_per_run", "time_per_run_spread")],
+        *[("changes", f"change_{name}") for name in ("time", "kind", "what", "impulse", "energy")],
+        *[("changes", name) for name in ("changes", "energy_lost", "requirement_margin")],
+    ],
+)
+def test_what_is_of_no_use_without_another(kind: str, name: str, sound: dict[str, Path], tmp_path: Path) -> None:
     path = tmp_path / "x.nc"
-    with xr.open_dataset(sound["study"]) as ds:
+    with xr.open_dataset(sound[kind]) as ds:
         ds.drop_vars(name).to_netcdf(path)
     for command in (["report", "-o", "x.html"], ["analyse"]):
         with contextlib.chdir(tmp_path):
             done = CliRunner().invoke(app, [command[0], str(path), *command[1:]])
         assert done.exit_code == 2
-        assert done.stderr.startswith(f"error: {path}")
-        assert name in done.stderr
+        assert done.stderr.startswith(f"error: {path}: is not as lienumba wrote it, it has lost {name};")
+
+
+def test_a_selection_without_the_table_of_changes(sound: dict[str, Path], tmp_path: Path) -> None:
+    """Its sums alone, and margins alone, are enough for what they say."""
+    path = tmp_path / "x.nc"
+    with xr.open_dataset(sound["changes"]) as ds:
+        table = [str(name) for name in ds.data_vars if str(name).startswith("change_")]
+        ds.drop_vars([*table, "requirement_met"]).to_netcdf(path)
+    for command in (["report", "-o", "x.html"], ["analyse"], ["info"]):
+        with contextlib.chdir(tmp_path):
+            done = CliRunner().invoke(app, [command[0], str(path), *command[1:]])
+        assert done.exit_code == 0, done.output
 
 
 def test_a_dataset_without_a_scenario_cites_nothing(sound: dict[str, Path], tmp_path: Path) -> None:

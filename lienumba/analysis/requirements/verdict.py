@@ -17,7 +17,7 @@ from lienumba.scenario.base.toml import Tables
 from lienumba.store.form import scenario_tables
 from lienumba.store.layout import MARGIN, MET
 from lienumba.store.names import one_of
-from lienumba.store.refusals import damaged
+from lienumba.store.refusals import check_together, damaged
 from lienumba.sweep.samplers import DEFAULT, SAMPLERS
 from lienumba.sweep.verdicts import Verdict, Wanted, judge, percent
 from lienumba.words import listed, plural, show
@@ -84,6 +84,7 @@ def verdicts_of(ds: xr.Dataset) -> list[Verdict]:
     """The same, one by one; none if the dataset has no requirements."""
     if MET not in ds:
         return []
+    check_together(ds, "the dataset")
     sweep, which = sweep_of(ds), counted(ds)
     looked, own = "stop" in sweep, rules(ds)
     weights, most = weights_of(ds, which), SAMPLERS[str(sweep.get("sampler", DEFAULT))].most_weight

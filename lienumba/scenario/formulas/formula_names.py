@@ -53,11 +53,11 @@ class Known:
     def with_values(self, used: dict[str, frozenset[str]]) -> "Known":
         """With what each expression reads, by its name."""
         laws = {name: Law(abs, {}, tuple(sorted(names & self.names))) for name, names in used.items()}
-        named = tuple(replace(q, value=laws.get(q.name, 0.0)) if has_value(q) else q for q in self.sketch.quantities)
+        named = tuple(replace(q, value=laws.get(q.name, 0.0)) if _has_value(q) else q for q in self.sketch.quantities)
         return Known(replace(self.sketch, quantities=named))
 
 
-def has_value(quantity: m.Quantity) -> bool:
+def _has_value(quantity: m.Quantity) -> bool:
     """Whether a quantity may be given by a formula; the schema refuses that of others later."""
     return quantities.is_input(quantity.name) or "value" in quantities.kind_of(quantity).model_fields
 

@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from lienumba.errors import BadValueError, Problem, ScenarioError
+from lienumba.scenario.base.named_file import content
 from lienumba.scenario.base.plain import plain
 from lienumba.scenario.base.toml import Keys
 from lienumba.store.targets import DATASET_STARTS
-from lienumba.words import absence, printable
+from lienumba.words import printable
 
 LARGEST = 256 * 2**20  # bytes of a file
 TOO_DEEP = "nests tables or lists too deeply", "take brackets, braces or dots out"
@@ -47,31 +48,17 @@ def parse_value(text: str) -> Any:
 def _text(path: Path) -> str:
     """The text of a file."""
     shown = printable(str(path))
-    try:
-        if path.is_dir():
-            raise ScenarioError.at("", f"{shown} is a folder", "give the path of a TOML file in it")
-        if not path.exists():
-            rule, remedy = absence(path, (".toml",))
-            raise ScenarioError.at("", f"{shown} {rule}", remedy)
-        with path.open("rb") as file:
-            content = file.read(LARGEST + 1)
-    except OSError as error:
-        raise ScenarioError.at(f"{shown} cannot be read", str(error.strerror), "check its permissions") from None
-    except ValueError:
-        raise ScenarioError.at(f"{shown} cannot be read", "is no path of a file", "check the path") from None
-    if len(content) > LARGEST:
-        rule = f"is larger than {LARGEST >> 20} MiB"
-        raise ScenarioError.at(shown, rule, "put numbers into files: tables, recordings, samples")
-    if content.startswith(DATASET_STARTS):
+    read = content(path, "TOML", (".toml",), LARGEST, "put numbers into files: tables, recordings, samples")
+    if read.startswith(DATASET_STARTS):
         raise ScenarioError.at(
             "", f"{shown} is a dataset, not a scenario", f"give a TOML file, or: lienumba info {shown}"
         )
-    if not content.strip():
+    if not read.strip():
         raise ScenarioError.at(
             "", f"{shown} is empty", "write a scenario into it: [model] with bodies, and [integrator]"
         )
     try:
-        return content.decode("utf-8-sig").replace("\r\n", "\n")
+        return read.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError:
         raise ScenarioError.at("", f"{shown} is not a text file in UTF-8", "give the path of a TOML file") from None
 
