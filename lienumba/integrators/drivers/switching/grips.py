@@ -124,7 +124,9 @@ def _unbalanced(p: Problem, g: Grips, scale: float) -> float:
 
 @apart
 def _stiffness(p: Problem, g: Grips, scale: float) -> None:
-    """How the loads grow with y, to `matrix`, scaled such that its diagonal is 1; the scales to `diagonal`."""
+    """How the loads grow with y, to `matrix`: columns scaled by what would bring its diagonal to 1, kept as `diagonal`,
+    then rows by their largest entry. Next to a limit that is how friction grows with pressure, 1e5 times the
+    diagonal."""
     q = p.free.size
     for i in range(q):
         for j in range(q):
@@ -148,9 +150,12 @@ def _stiffness(p: Problem, g: Grips, scale: float) -> None:
     for i in range(q):
         p.diagonal[i] = 1.0 / np.sqrt(p.matrix[i, i]) if p.matrix[i, i] > 0.0 else 1.0
     for i in range(q):
+        most = 0.0
         for j in range(q):
-            p.matrix[i, j] *= p.diagonal[i] * p.diagonal[j]
-        p.matrix[i, q] *= p.diagonal[i]
+            p.matrix[i, j] *= p.diagonal[j]
+            most = max(most, max(p.matrix[i, j], -p.matrix[i, j]))
+        for j in range(q + 1 if most > 0.0 else 0):
+            p.matrix[i, j] /= most
 
 
 @apart

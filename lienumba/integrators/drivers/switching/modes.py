@@ -74,7 +74,7 @@ def _may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
         if kind == UNILATERAL and r.rates[row] <= rest and (closed or touches(rows, first, sizes, lane, s, row)):
             p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, layout.STATIC)
             if speed > slow(rows, first, sizes, lane, s):
-                _slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / speed)
+                _go_on(r, rows, first, sizes, lane, s, speed)
         if kind == FRICTION:
             p.law[s], p.bound[s] = float(BOUNDED), number(rows, first, sizes, lane, s, layout.STATIC_EFFORT)
             carried = rows[on + s, lane] == STICK and not used(sizes, first, rows, p.switches, lane, s)
@@ -99,6 +99,21 @@ def _slide(
             p.free[i] += p.S[i, row] * load
     else:
         p.law[switch], p.friction[switch] = float(SLIDES), number(rows, first, sizes, lane, switch, layout.KINETIC)
+
+
+@inlined
+def _go_on(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, speed: float) -> None:
+    """What slides does so along its rates; where it has no direction of its own as yet, as it does in a step."""
+    p, slides = r.problem, rows[first.state + layout.on_row(sizes) + switch, lane] == SLIDE
+    turned = _fired(rows, first, sizes, lane, switch, layout.SLIDES)
+    if slides and not turned and _bluntness(r, rows, first, sizes, lane, switch) > 0.0:
+        row = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS] - p.switches[switch, SWITCH_TANGENTS]
+        measured = first.change + layout.border_memory(sizes) + p.switches[switch, layout.SWITCH_MEMORY]
+        for n in range(p.switches[switch, SWITCH_TANGENTS]):
+            p.direction[row + n] = rows[measured + n, lane]
+        _slide(r, rows, first, sizes, lane, switch, p.direction, 1.0)
+    else:
+        _slide(r, rows, first, sizes, lane, switch, r.rates, 1.0 / speed)
 
 
 @apart
@@ -198,8 +213,9 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
     for s in range(sizes.switches):
         row, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS]
         goes_on = rows[before + s, lane] == SLIDE and r.begins[s] == RESTS
-        if rows[on + s, lane] >= SLIDE and not (goes_on and _blunted(r, rows, first, sizes, lane, s)):
-            end, speed = row + p.switches[s, SWITCH_ROWS], slow(rows, first, sizes, lane, s)
+        blunt = _bluntness(r, rows, first, sizes, lane, s) if goes_on else 0.0
+        if rows[on + s, lane] >= SLIDE and (blunt == 0.0 or _fired(rows, first, sizes, lane, s, layout.SLIDES)):
+            end, speed = row + p.switches[s, SWITCH_ROWS], max(blunt, slow(rows, first, sizes, lane, s))
             for n in range(tangents):
                 memory = first.state + layout.memory_row(sizes) + p.switches[s, layout.SWITCH_MEMORY] + n
                 rows[memory, lane] = p.direction[end - tangents + n] * (speed if tangents > 1 else 1.0)
@@ -243,6 +259,17 @@ def _grip(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, s
     return slid
 
 
+@inlined
+def _pace(r: Reactions, switch: int, slight: float, shared: bool, scale: float, fastest: float) -> float:
+    """How fast what has come to its limit slips, in parts of the fastest that slips with it; 0 where it does not."""
+    p, row = r.problem, r.problem.switches[switch, SWITCH_FIRST]
+    if p.switches[switch, SWITCH_TANGENTS] == 0 or not p.x[row] > slight:
+        return 0.0
+    if shared and grips.has_grip(p, r.grips, switch):
+        return along(r, switch, r.grips.z) / (scale * fastest) if fastest > grips.AT_EDGE else 0.0
+    return 1.0 if _on_edge(r, switch) else 0.0
+
+
 @apart
 def _grip_together(
     r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, slight: float, group: float, limit: bool
@@ -260,15 +287,17 @@ def _grip_together(
         shared = grips.depend(p, g, r.taken)
     if shared:
         fastest, scale = grips.find(p, g, r.taken)
+    less = False
+    for s in range(sizes.switches if limit else 0):  # what slips with less friction does so with an acceleration
+        kinetic = number(rows, first, sizes, lane, s, layout.KINETIC)
+        rests = g.group[p.switches[s, SWITCH_FIRST]] == group and rows[on + s, lane] == STICK and p.law[s] == PRESSES
+        if rests and p.friction[s] > kinetic and _pace(r, s, slight, shared, scale, fastest) > FOLLOWS:
+            p.friction[s], less = kinetic, True
     for s in range(sizes.switches):
         row, own = p.switches[s, SWITCH_FIRST], grips.has_grip(p, g, s)
         rests = g.group[row] == group and rows[on + s, lane] == STICK and p.law[s] == PRESSES
-        rests = rests and p.switches[s, SWITCH_TANGENTS] > 0
-        pace, edge = 1.0, rests and p.x[row] > slight and _on_edge(r, s)
-        if shared and own:
-            pace = along(r, s, g.z) / (scale * fastest) if fastest > grips.AT_EDGE else 0.0
-            edge = rests and p.x[row] > slight and pace > FOLLOWS
-        if limit and edge:
+        pace = _pace(r, s, slight, shared, scale, fastest) if rests and limit and not less else 0.0
+        if pace > FOLLOWS:
             for i in range(row + 1, row + 3 if shared and own else row + 1):
                 p.x[i] = g.forces[i]
             _slide(r, rows, first, sizes, lane, s, p.x, -1.0 / along(r, s, p.x))
@@ -283,7 +312,7 @@ def _grip_together(
             rows[grip, lane], rows[grip + 1, lane], rows[grip + 2, lane] = u, v, w
             for i in range(start + 2, grip):
                 rows[i, lane] = rows[first.change + layout.border_memory(sizes) + i - memory, lane]
-    return slid
+    return slid or less
 
 
 @apart
@@ -321,13 +350,14 @@ def heads(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
 
 
 @inlined
-def _blunted(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) -> bool:
-    """Whether what slides in a plane is slower than what it remembers: it has no direction of its own as yet."""
+def _bluntness(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) -> float:
+    """The speed below which what slides in a plane has no direction of its own as yet, where it is slower; else 0."""
     if r.problem.switches[switch, SWITCH_TANGENTS] < 2:
-        return False
+        return 0.0
     memory = first.state + layout.memory_row(sizes) + r.problem.switches[switch, layout.SWITCH_MEMORY]
     x, y, speed = rows[memory, lane], rows[memory + 1, lane], along(r, switch, r.rates)
-    return slow(rows, first, sizes, lane, switch) < speed and speed * speed < x * x + y * y
+    kept = np.sqrt(x * x + y * y)
+    return kept if slow(rows, first, sizes, lane, switch) < speed and speed < kept else 0.0
 
 
 @apart

@@ -111,12 +111,17 @@ def _rests(model: Model, which: Coordinate, view: View) -> Vector:
 
 
 def keeps(model: Model, switch: Switch, view: View, rates: Vector) -> Vector:
-    """The memory of a switch if it were turned on now. rates: of its rows."""
+    """The memory of a switch if it were turned on now; of what slides in a plane the direction against which friction
+    acts. rates: of its rows."""
     if switch.what == LOCK:
         return tuple(lift(x).a for x in measured(model, model.locks[switch.index], view))
     if not switch.tangents:
         return ()
-    found = direction(rates[switch.rows - switch.tangents :], (0.0,) * switch.tangents)
+    slides = tuple(rates[switch.rows - switch.tangents :])
+    if switch.tangents > 1:
+        found = sliding(slides, *heading(model, switch, view, view.modes[switch.key].memory))
+    else:
+        found = direction(slides, (0.0,) * switch.tangents)
     if _moves(model, switch):
         found = (*found, hemisphere(_normal(model, switch, view)))
     return (*found, *GRIP) if switch.grips else found
