@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import lienumba
+from lienumba.integrators.drivers import event_search
+from lienumba.mechanics.system.switched import turning
 from tests.oracles.changing import scenarios
 
 DEEP, G, END = 4e-11, scenarios.G, 0.1  # m: far less than a billionth of the size of what touches
@@ -29,6 +31,10 @@ def resting(data: dict[str, Any], path: str, method: str) -> Any:
     np.testing.assert_allclose(ds.velocity.isel(time=-1), 0.0, atol=1e-12)
     assert abs(ds.energy_residual).max() < 2.0 * G * DEEP  # what is lifted where it closes
     return ds
+
+
+def test_kernels_and_drivers_agree_on_what_touches() -> None:
+    assert turning.TOUCH == event_search.TOUCH
 
 
 @pytest.mark.parametrize("method", INTEGRATORS)

@@ -74,7 +74,7 @@ def _may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
         if kind == UNILATERAL and r.rates[row] <= rest and (closed or touches(rows, first, sizes, lane, s, row)):
             p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, layout.STATIC)
             if speed > slow(rows, first, sizes, lane, s):
-                _go_on(r, rows, first, sizes, lane, s, speed)
+                _slide_on(r, rows, first, sizes, lane, s, speed)
         if kind == FRICTION:
             p.law[s], p.bound[s] = float(BOUNDED), number(rows, first, sizes, lane, s, layout.STATIC_EFFORT)
             carried = rows[on + s, lane] == STICK and not used(sizes, first, rows, p.switches, lane, s)
@@ -102,7 +102,7 @@ def _slide(
 
 
 @inlined
-def _go_on(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, speed: float) -> None:
+def _slide_on(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, speed: float) -> None:
     """What slides does so along its rates; where it has no direction of its own as yet, as it does in a step."""
     p, slides = r.problem, rows[first.state + layout.on_row(sizes) + switch, lane] == SLIDE
     turned = _fired(rows, first, sizes, lane, switch, layout.SLIDES)

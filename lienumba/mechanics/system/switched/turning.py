@@ -16,7 +16,7 @@ from lienumba.numerics.operations import absolute, maximum, minimum, sqrt, where
 
 NEVER = (0.0, 0.0)
 NEGLIGIBLE = 1e-12
-TOUCH = 1e-9  # of a length: what overlaps by no more touches
+TOUCH = 1e-9  # of a length: what overlaps by no more touches, as the drivers have it
 ROUNDING = 1e-9  # of the speeds of bodies
 FAINT = 1e-3  # of the speed that friction gives bodies that nothing holds
 ENDS = 5e-10  # of the speed that gravity gives within a length: what slides slower may have come to rest
@@ -62,12 +62,12 @@ def conditions(
             found += [0.0, turns]
         else:
             overlap = -gaps[switch.first] / lengths[switch.first]
-            found.append(where(mode.on > OFF, -reactions[0], _deeper(overlap, rates[switch.first])))
+            found.append(where(mode.on > OFF, -reactions[0], _overlaps(overlap, rates[switch.first])))
             found.append(where(mode.on > OFF, turns, rates[switch.first]))
     return found
 
 
-def _deeper(overlap: Number, rate: Number) -> Any:
+def _overlaps(overlap: Number, rate: Number) -> Any:
     """How far what is open overlaps, in parts of its length; none as long as it comes apart from what it touches, but
     it may close again before it has parted."""
     return where(rate > 0.0, where(overlap < TOUCH, minimum(overlap, 0.0), overlap), overlap)
