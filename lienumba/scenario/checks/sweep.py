@@ -225,10 +225,20 @@ def _constant(text: str) -> float | None:
     try:
         formula = Formula(text)
     except ExpressionError:
-        return None
+        if not _is_condition(text):
+            return None
+        raise paths.PathError(f"is the condition {show(text)}", "write a parameter into it, and vary that") from None
     if formula.constant is None:
         raise paths.PathError(f"is the formula {show(text)}, which varies in time", "vary a number")
     return formula.constant
+
+
+def _is_condition(text: str) -> bool:
+    try:
+        Formula(text, condition=True)
+    except ExpressionError:
+        return False
+    return True
 
 
 def _omitted_field(tokens: list[paths.Token], model: Keys) -> FieldInfo | None:

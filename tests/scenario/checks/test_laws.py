@@ -265,6 +265,11 @@ SWEEPS = {
         'sweep.vary."forces.push.value": the path forces.push.value is not a number but the list ["1", '
         '"2", "t"]; vary one, such as forces.push.value[0]',
     ),
+    "a condition of the time": (
+        rig('[[events]]\nname = "late"\nwhen = "t > 0.5"\n', VARY.format("events.late.when", 1)),
+        'sweep.vary."events.late.when": the path events.late.when is the condition "t > 0.5"; write a parameter '
+        "into it, and vary that",
+    ),
     "an omitted number": (
         rig(SPRING, VARY.format("forces.push.damping", 1)),
         'sweep.vary."forces.push.damping": the path forces.push.damping leads to a key that is omitted; '
