@@ -243,3 +243,15 @@ def test_a_value_of_a_quantity_that_has_none_may_even_read_itself() -> None:
     raw["requirements"] = [{"name": "slow", "value": "motor.angle", "below": 1.0}]
     with pytest.raises(lienumba.ScenarioError, match=r"motor\.value.* has no meaning for a quantity of type joint"):
         resolve(raw)
+
+
+def test_an_order_of_a_derivative_may_be_written_as_a_decimal() -> None:
+    with open(ROOT / "scenarios" / "heavy_top.toml", "rb") as file:
+        raw = tomllib.load(file)
+    for order in (0.0, 1.0, 2.0):
+        place = {"name": "tip", "type": "point", "body": "top", "point": [0, 0, 0], "derivative": order}
+        raw["quantities"] = [place, {"name": "twice", "type": "expression", "value": "2*tip.x"}]
+        raw["integrator"] |= {"end_time": 0.01}
+        ds = lienumba.run(raw, progress=False)
+        assert ds.tip.units == ("m", "m s-1", "m s-2")[int(order)]
+        np.testing.assert_array_equal(ds.twice, 2.0 * ds.tip.isel(axis=0))

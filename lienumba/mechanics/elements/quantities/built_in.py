@@ -103,7 +103,7 @@ class PointQuantity(_Seen):
     def sketch(cls, table: Mapping[str, Any], joints: Sequence[str], drivers: Sequence[str]) -> Quantity | None:
         derivative = table.get("derivative")
         return Quantity(
-            str(table.get("name")), str(table["type"]), (0,), derivative=derivative if derivative in (1, 2) else 0
+            str(table.get("name")), str(table["type"]), (0,), derivative=int(derivative) if derivative in (1, 2) else 0
         )
 
     def to_model(self, names: Names) -> Quantity:
