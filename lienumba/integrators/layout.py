@@ -24,8 +24,9 @@ ORDER = (
 
 # The clock: t, the length of the part of a step, c of a stage, the time in the middle of the part, which tells in which
 # piece of a table a stage lies; the fraction of the part at which the continuous extension is read, what the
-# controller of steps remembers, and the first of the numbers of a `step_control.Tolerance`.
-TIME, LENGTH, NODE, MIDDLE, FRACTION, MEMORY, TOLERANCE = range(7)
+# controller of steps remembers, by how much (s) t leans to the inside of the part, where a signal that jumps at its end
+# is looked at, and the first of the numbers of a `step_control.Tolerance`.
+TIME, LENGTH, NODE, MIDDLE, FRACTION, MEMORY, LEAN, TOLERANCE = range(8)
 TOLERANCES = 6
 CLOCK = TOLERANCE + TOLERANCES
 
@@ -39,8 +40,8 @@ CLOCK = TOLERANCE + TOLERANCES
 # energy before; MARK: when, and TRIED: how many steps had been tried when, the run had last got on.
 # Of a search in the open step: SEEKS: which condition; BEFORE, AFTER: what it is at the ends of where it is searched,
 # from the fraction LOW on, FOUND: at the last place; ROUGH: whether a rough place will do; DIPS: whether it is the rate
-# of an open gap; NEAR: whether that is at the end of the step, which was cut for it; SEEN: whether the signals at the
-# start of the step are those at the end of the last one.
+# of an open gap; NEAR: whether that is at the end of the step, which was cut for it; SEEN: 1 where the signals
+# at the start of the step are those at the end of the last one, 0 where they may have jumped, -1 where bodies have.
 # FREES: whether a change is but a release of what is in use.
 # ROOT: of the margin, when it was LOOKED at; PASSES: when a singular position is to be expected, by these.
 ITERATIONS, _, T, H, JUMP, GRID, UNTIL, DUE, BUSY = range(9)
@@ -99,9 +100,9 @@ class Sizes(NamedTuple):
     step to step, and the first of them.
     first_mode: the augmented row where the modes begin: masks of the switched rows of C, how each switch is on, and
     their memory, which are `switched`, `switches` and `memory` rows; work: the augmented row of the work, if there is
-    any; values: numbers that events read where they act; signals:
-    that are looked at for what is kept of runs as a whole, which are so many; integrands: those that are integrated
-    by the stages of a step; weakens: whether steps know the margin of the constraints at both of their ends.
+    any; values: numbers that events read where they act; signals: that are looked at for what is kept of runs as a
+    whole, which are so many; integrands: those that are integrated by the stages of a step; leaping: those that may
+    jump where no body does; weakens: whether steps know the margin of the constraints at both of their ends.
     """
 
     elements: int
@@ -132,6 +133,7 @@ class Sizes(NamedTuple):
     signals: int = 0
     kept: int = 0
     integrands: int = 0
+    leaping: int = 0
     weakens: int = 0
 
 

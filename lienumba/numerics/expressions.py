@@ -17,7 +17,8 @@ from lienumba.numerics.evaluation import WHOLE, degree
 from lienumba.numerics.grammar import LONGEST, Allowed, ExpressionError, NotAFormulaError, check, dotted, is_condition
 from lienumba.numerics.number import Number
 
-KINKED = (*WHOLE, "abs", "sign", "min", "max", "clip", "where")
+JUMPING = (*WHOLE, "sign", "where")
+KINKED = (*JUMPING, "abs", "min", "max", "clip")
 
 
 @dataclass(frozen=True)
@@ -98,11 +99,20 @@ class Formula:
     @property
     def smooth(self) -> bool:
         """Whether it has, as it is written, neither kinks nor jumps."""
-        nodes = list(ast.walk(self._tree))
+        nodes = ast.walk(self._tree)
         if any(isinstance(x, ast.BoolOp) or (isinstance(x, ast.Compare) and len(x.ops) > 1) for x in nodes):
             return False
-        calls = [node.func for node in nodes if isinstance(node, ast.Call)]
-        return not any(isinstance(x, ast.Name) and (x.id in KINKED or x.id in self.tables) for x in calls)
+        return not self._calls(KINKED)
+
+    @property
+    def leaps(self) -> bool:
+        """Whether it may jump at some time, as it is written, where what it reads does not."""
+        return ("t" in self.used or bool(self.used & self.tables)) and self._calls(JUMPING)
+
+    def _calls(self, names: Iterable[str]) -> bool:
+        """Whether it calls one of these functions, or a table."""
+        calls = [node.func for node in ast.walk(self._tree) if isinstance(node, ast.Call)]
+        return any(isinstance(x, ast.Name) and (x.id in names or x.id in self.tables) for x in calls)
 
     def switches(self, state: frozenset[str]) -> list["Formula"]:
         """The differences of the straight lines in t that it compares; state: the names that vary in time, too."""

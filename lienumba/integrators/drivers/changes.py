@@ -480,7 +480,7 @@ def _renew(
         again = again or (plan.acts[n, ACTION] >= LOCKS and fired(sizes, first, rows, lane, n))
     note(sizes, first, rows, runs, queue, lane, t)
     rows[own + CHANGED, lane] = 1.0 if again else 0.0
-    rows[own + STALE, lane], rows[own + SEEN, lane] = 1.0, 0.0
+    rows[own + STALE, lane], rows[own + SEEN, lane] = 1.0, -1.0
     rows[first.clock + layout.MEMORY, lane] = 0.0
     if t - rows[own + RECENT, lane] > WINDOW * end:
         rows[own + RECENT, lane], rows[own + MANY, lane] = t, 0.0

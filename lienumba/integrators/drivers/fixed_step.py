@@ -185,10 +185,12 @@ def _advance(
                         others = stages.reselect(kernels, sizes, x, p, at, weak, table, x)
                         if sizes.fixed != 0:
                             store(status, 0, choose(others, codes.RESELECT, load(status, 0)))
-                        store(lanes, SEEN, choose(others, splat(0.0), load(lanes, SEEN)))
+                        if measured and sizes.leaping > 0:
+                            store(lanes, SEEN, choose(others, splat(0.0), load(lanes, SEEN)))
                 if landed and kernels[layout.SAMPLE] != 0:
                     call(kernels[layout.SAMPLE], x, p, clock, 0, places.new, at.work)
                     commit(good, x, places.new, elements)
+                if measured and landed and sizes.leaping > 0:
                     store(lanes, SEEN, splat(0.0))
                 store(lanes, T, choose(good, load(lanes, UNTIL), load(lanes, T)))
                 going = good & (load(lanes, T) < n * h)

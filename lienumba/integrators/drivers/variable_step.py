@@ -62,7 +62,7 @@ from lienumba.integrators.layout import (
     T,
     Workspace,
 )  # fmt: skip
-from lienumba.numerics.operations import maximum
+from lienumba.numerics.operations import maximum, minimum
 
 WEAK = 1e-4  # margin of a step that begins or ends near a singular position
 LOST = 1e-12  # of one that ends so near to it that the branch is noise to implicit stages
@@ -204,7 +204,8 @@ def _move(
         if any_lane(weak):
             others = stages.reselect(kernels, sizes, x, at.parameters, at, weak, table, x)
             store(lanes, STALE, choose(others, splat(1.0), load(lanes, STALE)))
-            store(lanes, SEEN, choose(others, splat(0.0), load(lanes, SEEN)))
+            if sizes.leaping > 0:
+                store(lanes, SEEN, choose(others, minimum(load(lanes, SEEN), splat(0.0)), load(lanes, SEEN)))
             if sizes.fixed != 0:
                 store(lanes, STATUS, choose(others, splat(codes.RESELECT), load(lanes, STATUS)))
 
@@ -221,7 +222,9 @@ def _end_on_discontinuity(
         reached = rows[own + PICKED, lane] != 0.0 and pass_discontinuities(lane, rows, first, runs, queue)
         rows[own + PICKED, lane] = 1.0 if reached else 0.0
         if reached:
-            rows[own + STALE, lane], rows[own + SEEN, lane] = 1.0, 0.0
+            rows[own + STALE, lane] = 1.0
+            if sizes.leaping > 0:
+                rows[own + SEEN, lane] = min(rows[own + SEEN, lane], 0.0)
             rows[first.clock + layout.MEMORY, lane] = 0.0
     picked = load(at.lanes, PICKED) != 0.0
     if kernels[layout.SAMPLE] != 0 and any_lane(picked):

@@ -138,6 +138,7 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
         tracer.sizes = tracer.sizes._replace(
             signals=len(quantities.signals(template)), kept=len(quantities.kept(template)),
             integrands=len(step_kernels.integrated(tracer)) if "step" in kernels or "quadrature" in kernels else 0,
+            leaping=sum(quantities.leaps(template, x) for x in quantities.signals(template)),
         )  # fmt: skip
         kernels |= {"measure": state_kernels.measure(tracer), "keep": state_kernels.keep(tracer)}
     rows = len(values)

@@ -146,7 +146,7 @@ def _rates(tracer: Tracer, graph: Graph, model: Model, wanted: Iterable[int]) ->
 
 def _signals(tracer: Tracer, graph: Graph, model: Model, wanted: Iterable[int]) -> dict[int, Number]:
     """Signals of all measures, by their numbers among them."""
-    posture, mask = tracer.now(graph, model)
+    posture, mask = tracer.now(graph, model, leans=True)
     asked = {n: x for n, x in enumerate(quantities.signals(model)) if n in wanted}
     read = [name for x in asked.values() if reads_state(x) for name in x.quantities]
     observed = _observed(tracer, graph, model, posture, mask)[0] if _reads_observed(model, read) else None

@@ -219,11 +219,11 @@ class Tracer:
         states, modes = self.law_states.read(state[self.k :]), self.augmented.modes(model, augmented)
         return Still(Instant(tuple(state[: self.k]), t, angles, within, states, modes))
 
-    def now(self, graph: Graph, model: Model) -> tuple[Posture, list[Number]]:
-        """The mechanism at the clock's time, and the mask of its rows."""
-        augmented = self.augmented_rows(graph)
-        posture = self.posture(model, self.state(graph, "state"), augmented, graph.input("clock", layout.TIME))
-        return posture, self.mask(augmented)
+    def now(self, graph: Graph, model: Model, leans: bool = False) -> tuple[Posture, list[Number]]:
+        """The mechanism at the clock's time, and the mask of its rows; leans: at an end of a step as seen from it."""
+        augmented, t = self.augmented_rows(graph), graph.input("clock", layout.TIME)
+        within = t + graph.input("clock", layout.LEAN) if leans else None
+        return self.posture(model, self.state(graph, "state"), augmented, t, within), self.mask(augmented)
 
     def mask(self, augmented: Vector) -> list[Number]:
         """1 or 0 for each row of C."""

@@ -14,6 +14,7 @@ from lienumba.numerics.operations import maximum, minimum
 FIRST_POINT = 0.17267316464601142845  # (1 - sqrt(3/7))/2
 BEYOND = 0.32  # of what five values differ by, their interpolant goes beyond the largest one at most
 GAP = 8  # places between two points in which an interpolant is looked at
+LEANING = 2.0**-20  # of a step: where it is looked at as its end is seen from it
 SQUARE = 3.0 / 7.0  # of where the inner points are, between -1 and 1
 
 
@@ -62,7 +63,10 @@ def look(
             stages.commit(edge == -1.0, at.now, at.state, rows)
             stages.commit(edge == 1.0, at.now, at.new, rows)
     store(at.clock, layout.TIME, time_of(at, t, length, fraction))
+    if sizes.leaping > 0:
+        store(at.clock, layout.LEAN, -LEANING * edge * length)
     call(kernels[layout.MEASURE], state, at.parameters, at.clock, 0, to, at.work)
+    store(at.clock, layout.LEAN, splat(0.0))
 
 
 @inlined

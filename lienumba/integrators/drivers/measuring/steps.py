@@ -12,7 +12,16 @@ from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.drivers.measuring.keeping import keep_over, keep_parts
-from lienumba.integrators.drivers.measuring.points import look, look_along, may_turn, signals, truth, turn, value_of
+from lienumba.integrators.drivers.measuring.points import (
+    LEANING,
+    look,
+    look_along,
+    may_turn,
+    signals,
+    truth,
+    turn,
+    value_of,
+)
 from lienumba.integrators.drivers.workspace import Places, Rows
 from lienumba.integrators.layout import (
     CHANGES,
@@ -86,12 +95,12 @@ def _open(
 @apart
 def _see(kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lanes, good: Mask, unseen: Mask) -> None:
     """What signals are where a step begins that is not where the last one ended."""
-    there = signals(sizes, at, 0, POINTS - 1)
+    there, rates = signals(sizes, at, 0, POINTS - 1), signals(sizes, at, 0, RATES)
     look(kernels, sizes, at, t, length, splat(0.0), there)
     stages.commit(unseen, signals(sizes, at, 0, 0), there, sizes.signals)
+    kicked = load(at.lanes, SEEN) < 0.0
     for signal in range(sizes.signals):
-        rates = signals(sizes, at, 0, RATES)
-        store(rates, signal, choose(unseen, splat(np.nan), load(rates, signal)))
+        store(rates, signal, choose(unseen & kicked, splat(np.nan), load(rates, signal)))
     store(at.lanes, SEEN, choose(good, splat(1.0), load(at.lanes, SEEN)))
 
 
@@ -114,7 +123,17 @@ def _look_into(
         changes, change = signals(sizes, at, 0, CHANGES), absolute(after - before)
         store(changes, signal, choose(good, change, load(changes, signal)))
         store(signals(sizes, at, 0, 0), signal, choose(good, after, before))
-    store(at.lanes, SEEN, choose(good & cut, splat(0.0), load(at.lanes, SEEN)))
+    store(at.lanes, SEEN, choose(good & cut, splat(-1.0), load(at.lanes, SEEN)))
+
+
+@inlined
+def _keep(kernels: np.ndarray, sizes: Sizes, at: Workspace, new: Address) -> None:
+    """What the end of the step says."""
+    if sizes.leaping > 0:
+        store(at.clock, layout.LEAN, -LEANING * load(at.clock, layout.LENGTH))
+    call(kernels[layout.KEEP], new, at.parameters, at.clock, at.lanes, at.measures, at.work)
+    if sizes.leaping > 0:
+        store(at.clock, layout.LEAN, splat(0.0))
 
 
 @inlined
@@ -125,12 +144,12 @@ def measure(
     """Keep what has to be of the open step in the lanes `good`, which are left at `until`. The clock stays as it is.
     Whether the step is looked into is a matter of each lane, and of each thing that is kept."""
     now, end = load(at.clock, layout.TIME), load(at.lanes, UNTIL)
-    unseen = good & (load(at.lanes, SEEN) == 0.0)
+    unseen = good & (load(at.lanes, SEEN) <= 0.0)
     if any_lane(unseen):
         _see(kernels, sizes, at, t, length, good, unseen)
     store(at.clock, layout.TIME, end)
     store(at.lanes, PICKED, choose(good, choose(until < end, splat(-1.0), 1.0), 0.0))
-    call(kernels[layout.KEEP], at.new, at.parameters, at.clock, at.lanes, at.measures, at.work)
+    _keep(kernels, sizes, at, at.new)
     if any_lane(load(at.measures, layout.open_row(sizes)) != 0.0):
         _look_into(kernels, sizes, nodes, at, first, rows, plan, good, t, length, until, False)
     store(at.clock, layout.TIME, now)
@@ -157,9 +176,9 @@ def measure_closed(
     """The same where states change places, and the clock is at the end of the step, which no lane leaves before. What
     is rarely done is told nothing that would have to wait for it."""
     store(at.lanes, PICKED, choose(good, splat(1.0), splat(0.0)))
-    if any_lane(good & (load(at.lanes, SEEN) == 0.0)):
+    if any_lane(good & (load(at.lanes, SEEN) <= 0.0)):
         _see_closed(kernels, sizes, at, x, places)
-    call(kernels[layout.KEEP], places.new, at.parameters, at.clock, at.lanes, at.measures, at.work)
+    _keep(kernels, sizes, at, places.new)
     if any_lane(load(at.measures, layout.open_row(sizes)) != 0.0):
         _look_into_closed(kernels, sizes, nodes, at, first, rows, plan, x, places)
 
@@ -181,7 +200,7 @@ def _see_closed(kernels: np.ndarray, sizes: Sizes, at: Workspace, x: Address, pl
     """`_see` of a step that is `PICKED`."""
     t, length, until = load(at.lanes, T), load(at.clock, layout.LENGTH), load(at.lanes, UNTIL)
     good = load(at.lanes, PICKED) != 0.0
-    unseen = good & (load(at.lanes, SEEN) == 0.0)
+    unseen = good & (load(at.lanes, SEEN) <= 0.0)
     _see(kernels, sizes, _placed(at, x, places), t, length, good, unseen)
     store(at.clock, layout.TIME, until)
 

@@ -27,6 +27,7 @@ from lienumba.mechanics.elements.quantities.evaluation import (
     evaluate,
     integrands,
     kept,
+    leaps,
     level,
     moves,
     observe,
@@ -39,6 +40,6 @@ from lienumba.mechanics.elements.quantities.evaluation import (
 __all__ = [
     "INPUTS", "INPUT_FORMS", "NOISES", "OBSERVED", "POSITION", "QUANTITIES", "VELOCITY", "XYZ", "Observed", "Part",
     "Readable", "bodies_of", "built_in", "component", "components", "conditions", "counted_angles", "evaluate",
-    "integrands", "is_input", "joined", "kept", "kind_of", "level", "moves", "observe", "owner", "parts", "rows",
-    "signals", "switched", "units",
+    "integrands", "is_input", "joined", "kept", "kind_of", "leaps", "level", "moves", "observe", "owner", "parts",
+    "rows", "signals", "switched", "units",
 ]  # fmt: skip

@@ -154,14 +154,37 @@ def moves(model: Model, x: Timed) -> bool:
     return _smooth(model, x, POSITION)
 
 
+def leaps(model: Model, x: Timed) -> bool:
+    """Whether a number may be another one before and behind a time at which forces jump, or laws are sampled, where
+    positions and velocities are the same."""
+    return any(_leaps(model, *part) for part in _parts(model, x))
+
+
+def _leaps(model: Model, formula: Timed, names: tuple[str, ...]) -> bool:
+    """Of a formula itself, and of what it reads that has a state, or a course, of its own."""
+    for name in names:
+        quantity, rest = _named(model, owner(name)[0]), owner(name)[1]
+        if quantity is None or level(model, name) > VELOCITY or not kind_of(quantity).reads(quantity, rest):
+            return True
+    return formula.leaps if isinstance(formula, Formula) else callable(formula)
+
+
 def _smooth(model: Model, x: Timed, most: int = VELOCITY) -> bool:
     """Whether a number is, as far as formulas say, and needs no more than this level of what it reads."""
+    return all(
+        (not isinstance(formula, Formula) or formula.smooth) and all(level(model, name) <= most for name in names)
+        for formula, names in _parts(model, x)
+    )
+
+
+def _parts(model: Model, x: Timed) -> Iterator[tuple[Timed, tuple[str, ...]]]:
+    """The formulas that a number depends on, its own first, and the components that each reads."""
     names = x.quantities if isinstance(x, Law) else ()
-    formula = x.function if isinstance(x, Law) else x
-    if (isinstance(formula, Formula) and not formula.smooth) or any(level(model, name) > most for name in names):
-        return False
-    read = [(_named(model, owner(name)[0]), owner(name)[1]) for name in names]
-    return all(_smooth(model, y, most) for q, rest in read if q is not None for y in kind_of(q).reads(q, rest))
+    yield x.function if isinstance(x, Law) else x, names
+    for first, rest in map(owner, names):
+        quantity = _named(model, first)
+        for y in () if quantity is None else kind_of(quantity).reads(quantity, rest):
+            yield from _parts(model, y)
 
 
 def _named(model: Model, name: str) -> Quantity | None:
