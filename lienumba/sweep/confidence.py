@@ -1,10 +1,15 @@
-"""Confidence intervals over the runs of a sweep, of means, quantiles and proportions."""
+"""Confidence intervals over the runs of a sweep, of means, quantiles and proportions.
+
+By scipy.special: it is there in a tenth of the time that scipy.stats takes, and a verdict needs no more.
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+ROUNDING = 1e-13  # of a probability
 
 if TYPE_CHECKING:
     Numbers = float | np.ndarray
@@ -18,9 +23,9 @@ def half_width(deviation: Numbers, n: Counts, confidence: float) -> Numbers:
 
 def student(deviation: Numbers, n: Counts, free: Counts, confidence: float) -> Numbers:
     """The same, of a deviation that is known with so many degrees of freedom."""
-    from scipy import stats
+    from scipy.special import stdtrit
 
-    return stats.t.ppf(0.5 + 0.5 * confidence, free) * deviation / np.sqrt(n)
+    return stdtrit(free, 0.5 + 0.5 * confidence) * deviation / np.sqrt(n)
 
 
 def freedom(terms: np.ndarray) -> float:
@@ -36,11 +41,17 @@ def ranks(n: Counts, probability: float, confidence: float) -> tuple[np.ndarray,
     """The places, from 0, of the two of n sorted values between which a quantile lies: by the binomial distribution of
     how many values it exceeds, which assumes nothing of how they are distributed. Below 0, or from n on: there is none.
     """
-    from scipy import stats
+    tail = 0.5 * (1.0 - confidence)
+    return binomial(tail, n, probability) - 1, binomial(1.0 - tail, n, probability)
 
-    tail, below = 0.5 * (1.0 - confidence), stats.binom(n, probability)
-    low, high = (np.asarray(below.ppf(part)).astype(np.int64) for part in (tail, 1.0 - tail))
-    return low - 1, high
+
+def binomial(part: float, n: Counts, probability: float) -> np.ndarray:
+    """The least of so many successes of n that at most so many come with so large a probability."""
+    from scipy.special import bdtr, bdtrik
+
+    k = np.nan_to_num(np.ceil(bdtrik(part, n, probability)))  # of none, or by no chance: none
+    fewer = bdtr(np.maximum(k - 1, 0), n, probability) >= part * (1.0 - ROUNDING)
+    return np.where(fewer, k - 1, k).clip(0).astype(np.int64)
 
 
 def proportion(successes: Counts, n: Counts, confidence: float) -> tuple[np.ndarray, np.ndarray]:
@@ -64,7 +75,5 @@ def bounds(successes: Counts, n: Counts, confidence: float) -> tuple[np.ndarray,
 def tolerance_place(n: int, probability: float, confidence: float) -> int | None:
     """The place, from 0, of the smallest of n sorted values below which at least so large a part of all values lies,
     with the confidence (S. S. Wilks, Ann. Math. Statist. 12 (1941) 91); None: n are too few."""
-    from scipy import stats
-
-    place = int(stats.binom.ppf(confidence, n, probability)) if n else 0
+    place = int(binomial(confidence, n, probability)) if n else 0
     return place if place < n else None
