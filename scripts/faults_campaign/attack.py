@@ -80,14 +80,14 @@ def attack_folders(folder: Path, seed: int, count: int, first: int = 0) -> Outco
             fault = end.fault
             if not fault and output.exists() and (different := same(whole, output)):
                 fault = f"other bits: {different}"
-            _count(found, end.code, fault, f"seed {seed}, folder {n} ({what}), {flag}")
+            book(found, end.code, fault, f"seed {seed}, folder {n} ({what}), {flag}")
             for told, given in changed_parts(parts, own, pick) if n % 10 == 0 else ():
                 end = tried(["merge", *map(str, given), "-o", "m.nc", "--overwrite"])
                 fault = end.fault
                 complete = told in WHOLE and not fault and end.code == 0
                 if complete and (different := same(whole, own / "m.nc")):
                     fault = f"other bits: {different}"
-                _count(found, end.code, fault, f"seed {seed}, parts {n} ({told})")
+                book(found, end.code, fault, f"seed {seed}, parts {n} ({told})")
         shutil.rmtree(own)
     return found
 
@@ -97,12 +97,12 @@ def _commands(path: Path, sound: Path, what: str, pick: random.Random) -> Outcom
     for arguments in some(path, sound, path.parent, pick):
         Path(NOW).write_text(f"{what}, {' '.join(arguments)}")
         end = tried(arguments)
-        _count(found, end.code, end.fault, f"{what}, {' '.join(arguments)}")
+        book(found, end.code, end.fault, f"{what}, {' '.join(arguments)}")
     found.files = 1
     return found
 
 
-def _count(found: Outcome, code: int, fault: str, what: str) -> None:
+def book(found: Outcome, code: int, fault: str, what: str) -> None:
     found.codes[code] += 1
     if fault:
         found.faults.append(f"{what}:\n{fault}")

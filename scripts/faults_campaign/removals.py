@@ -7,7 +7,7 @@ from pathlib import Path
 import xarray as xr
 
 from faults_campaign import subjects
-from faults_campaign.attack import Outcome
+from faults_campaign.attack import Outcome, book
 from faults_campaign.commands import tried
 
 READING = (
@@ -29,16 +29,9 @@ def removals(folder: Path, tell: Callable[[str], None]) -> Outcome:
             lines = [[command, str(path), *rest] for command, *rest in READING]
             with contextlib.chdir(folder):
                 for line in [*lines, ["compare", str(path), str(sound)]]:
-                    found.add(_seen(line, f"{kind} without {name}"))
+                    end = tried(line)
+                    book(found, end.code, end.fault, f"{kind} without {name}, {line[0]}")
             path.unlink()
             found.files += 1
         tell(f"{kind}: each of {len(names)} variables removed, {len(found.faults)} faults")
-    return found
-
-
-def _seen(line: list[str], what: str) -> Outcome:
-    end, found = tried(line), Outcome()
-    found.codes[end.code] += 1
-    if end.fault:
-        found.faults.append(f"{what}, {line[0]}:\n{end.fault}")
     return found
