@@ -16,7 +16,7 @@ from lienumba.integrators.layout import (
     SWITCH_NUMBERS,
 )
 from lienumba.mechanics.elements.events import ENGAGE, LOCK, RELEASE, SET, UNLOCK
-from lienumba.mechanics.elements.quantities import integrands, kept
+from lienumba.mechanics.elements.quantities import kept
 from lienumba.mechanics.mechanism.model import INTEGRAL, KEPT, NONE, Event, Model
 from lienumba.mechanics.system import switches
 from lienumba.mechanics.system.switches import switches_of
@@ -24,9 +24,9 @@ from lienumba.mechanics.system.switches import switches_of
 ACTS = {LOCK.name: LOCKS, UNLOCK.name: RELEASES, RELEASE.name: RELEASES, ENGAGE.name: ENGAGES, SET.name: SETS}
 
 
-def plan(model: Model, held: Sequence[int], integrated: bool) -> Plan:
-    """Of all events, and of what is kept; held: the rows of a state in which held numbers are; integrated: whether
-    steps integrate signals themselves."""
+def plan(model: Model, held: Sequence[int], integrands: Sequence[int]) -> Plan:
+    """Of all events, and of what is kept; held: the rows of a state in which held numbers are; integrands: the
+    numbers of the signals that steps integrate themselves."""
     acts, targets, value = [], list[int](), 0
     for event in model.events:
         of = _targets(model, event, held)
@@ -40,14 +40,14 @@ def plan(model: Model, held: Sequence[int], integrated: bool) -> Plan:
         np.array(acts, np.int64).reshape(-1, ACT_NUMBERS),
         np.array(targets, np.int64),
         np.array([switch.numbers for switch in switches_of(model)], np.int64).reshape(-1, SWITCH_NUMBERS),
-        np.array(_kept(model, integrated), np.int64).reshape(-1, KEPT_NUMBERS),
+        np.array(_kept(model, integrands), np.int64).reshape(-1, KEPT_NUMBERS),
     )
 
 
-def _kept(model: Model, integrated: bool) -> list[tuple[int, int, int, int]]:
-    """What is kept of runs as a whole; integrated: whether steps integrate signals themselves."""
-    made = integrands(model) if integrated else ()
-    places = [made.index(x.value) if x.kind == INTEGRAL and x.value in made else NONE for x in kept(model)]
+def _kept(model: Model, integrands: Sequence[int]) -> list[tuple[int, int, int, int]]:
+    """What is kept of runs as a whole."""
+    own = [x.value if x.kind == INTEGRAL and x.value in integrands else NONE for x in kept(model)]
+    places = [NONE if n == NONE else integrands.index(n) for n in own]
     return [(KEPT.index(x.kind), x.value, x.condition, place) for x, place in zip(kept(model), places, strict=True)]
 
 

@@ -102,7 +102,8 @@ class Sizes(NamedTuple):
     their memory, which are `switched`, `switches` and `memory` rows; work: the augmented row of the work, if there is
     any; values: numbers that events read where they act; signals: that are looked at for what is kept of runs as a
     whole, which are so many; integrands: those that are integrated by the stages of a step; leaping: those that may
-    jump where no body does; weakens: whether steps know the margin of the constraints at both of their ends.
+    jump where no body does; seen: those of which F at the end of a step says something, all or none; weakens: whether
+    steps know the margin of the constraints at both of their ends.
     """
 
     elements: int
@@ -134,6 +135,7 @@ class Sizes(NamedTuple):
     kept: int = 0
     integrands: int = 0
     leaping: int = 0
+    seen: int = 0
     weakens: int = 0
 
 
@@ -197,6 +199,20 @@ def quadrature_row(sizes: Sizes) -> int:
     """The first row of the integrals of a step by the weights of its stages, counted as that of a slope, where lanes
     have a time of their own; else they are behind the verdict."""
     return series_row(sizes) + sizes.series
+
+
+@kernel
+def said(sizes: Sizes) -> int:
+    """How many numbers a stage says of signals: what those are that are integrated, and at the end of a step, where F
+    is known there, of each signal its rate, or the signal itself if accelerations tell it."""
+    return sizes.integrands + sizes.seen
+
+
+@kernel
+def said_row(sizes: Sizes, n: int, slope: int) -> int:
+    """That of the nth of these, counted as that of a slope: at the same distances."""
+    group = sizes.slopes * (n // sizes.coordinates) + slope
+    return quadrature_row(sizes) + sizes.integrands + sizes.coordinates * group + n % sizes.coordinates
 
 
 # ---------------------------------------------------------------- implicit stages, in the place of a series
@@ -399,9 +415,15 @@ def open_row(sizes: Sizes) -> int:
 
 
 @kernel
+def seen_row(sizes: Sizes) -> int:
+    """The first row of what is said of signals at the end of the step (`said`)."""
+    return open_row(sizes) + 1
+
+
+@kernel
 def measure_rows(sizes: Sizes) -> int:
     """Of all this; none where nothing is kept."""
-    return open_row(sizes) + 1 if sizes.kept > 0 else 0
+    return seen_row(sizes) + sizes.seen if sizes.kept > 0 else 0
 
 
 @kernel
@@ -479,7 +501,8 @@ def workspace(sizes: Sizes) -> Workspace:
     new = iterate
     slopes = new + first_slope(sizes)
     control = slopes + control_row(sizes)
-    now = slopes + max(quadrature_row(sizes) + sizes.integrands, iterate)
+    groups = -(-said(sizes) // max(sizes.coordinates, 1))
+    now = slopes + max(said_row(sizes, sizes.coordinates * groups, 0), iterate)
     following = now + iterate
     clock = following + iterate
     lanes = clock + CLOCK

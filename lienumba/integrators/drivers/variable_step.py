@@ -37,7 +37,7 @@ from lienumba.integrators.drivers.lane_queue import (
     propose,
     reject,
 )  # fmt: skip
-from lienumba.integrators.drivers.measuring.steps import begin_measures, measure, take_gains
+from lienumba.integrators.drivers.measuring.steps import begin_measures, measure, renew_rates, take_gains
 from lienumba.integrators.drivers.row_selection import WEAKENED
 from lienumba.integrators.drivers.stages import commit
 from lienumba.integrators.drivers.workspace import Places, Rows, addresses
@@ -109,6 +109,9 @@ def _take(mask: Mask, sizes: Sizes, slopes: Address) -> None:
             commit(mask, slopes + ROW * target, slopes + ROW * source, sizes.coordinates)
         source, target = layout.report_row(sizes, sizes.slopes - 1), layout.report_row(sizes, 0)
         commit(mask, slopes + ROW * target, slopes + ROW * source, layout.REPORTS)
+        for n in range(sizes.integrands):
+            source, target = layout.said_row(sizes, n, sizes.slopes - 1), layout.said_row(sizes, n, 0)
+            commit(mask, slopes + ROW * target, slopes + ROW * source, 1)
 
 
 @inlined
@@ -137,6 +140,8 @@ def _try(
     if ends and any_lane(stale):
         call(kernels[layout.FIRST], x, p, at.clock, 0, last, at.work)
         _take(stale, sizes, at.slopes)
+        if sizes.seen > 0:
+            renew_rates(sizes, at, stale)
         store(lanes, STALE, splat(0.0))
     unsettled = splat(0.0)
     if implicit:

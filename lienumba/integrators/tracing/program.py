@@ -68,7 +68,7 @@ ALIKE = ("velocity", "schur", "observe", "position", "chord", "place", "read")
 class Outline:
     """What is known of a program beside its kernels, all of it plain data, which is kept on disk. `nodes`: c of all
     stages; `observed`: name -> (first row, rows); `queued`: whether lanes have their own times; `switches`: see
-    `switches_of`; `held`: the rows of a state in which held numbers are."""
+    `switches_of`; `held`: the rows of a state in which held numbers are; `integrands`: see `Tracer`."""
 
     sizes: Sizes
     augmented: AugmentedState
@@ -78,6 +78,7 @@ class Outline:
     queued: bool
     switches: tuple[Switch, ...]
     held: tuple[int, ...]
+    integrands: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -137,7 +138,6 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     if template.measures:
         tracer.sizes = tracer.sizes._replace(
             signals=len(quantities.signals(template)), kept=len(quantities.kept(template)),
-            integrands=len(step_kernels.integrated(tracer)) if "step" in kernels or "quadrature" in kernels else 0,
             leaping=sum(quantities.leaps(template, x) for x in quantities.signals(template)),
         )  # fmt: skip
         kernels |= {"measure": state_kernels.measure(tracer), "keep": state_kernels.keep(tracer)}
@@ -152,5 +152,5 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     return Program(
         sizes, tracer.augmented,
         tracer.law_states, tuple(float(sum(row, Fraction(0))) for row in tracer.tableau.stages), observed,
-        method.queued, tracer.augmented.switches, tracer.held(), kernels,
+        method.queued, tracer.augmented.switches, tracer.held(), tracer.integrands, kernels,
     )  # fmt: skip

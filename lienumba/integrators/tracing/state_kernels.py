@@ -8,20 +8,22 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
 from lienumba.integrators import codes, layout
 from lienumba.integrators.methods.step_ends import Ends, Known, added, matters
-from lienumba.integrators.tracing import law_states, step_kernels
-from lienumba.integrators.tracing.tracer import Posture, Tracer
+from lienumba.integrators.tracing import law_states
+from lienumba.integrators.tracing import observed as observing
+from lienumba.integrators.tracing.observed import needs_observed, reads_observed
+from lienumba.integrators.tracing.tracer import Tracer
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import SLIDE, STICK
-from lienumba.mechanics.mechanism.model import INTEGRAL, LARGEST, LAST, NONE, SMALLEST, Model, reads_state
-from lienumba.mechanics.system import constraints, dynamics, kkt, projection
+from lienumba.mechanics.mechanism.model import INTEGRAL, NONE, Model
+from lienumba.mechanics.system import constraints, dynamics, projection
 from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
 from lienumba.mechanics.system.output_variables import MODE, OUTPUT_VARIABLES, Observation
 from lienumba.mechanics.system.switched import turning
-from lienumba.mechanics.system.switches import permanent, unforced
+from lienumba.mechanics.system.switches import unforced
 from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number
-from lienumba.numerics.operations import is_zero, maximum, minimum, where
+from lienumba.numerics.operations import is_zero, maximum, where
 
 
 def velocity(tracer: Tracer) -> Kernel:
@@ -60,11 +62,10 @@ def events(tracer: Tracer) -> Kernel:
     posture, mask = tracer.now(graph, model)
     used = tracer.augmented.mask(tracer.augmented_rows(graph), tracer.structure.rows)
     asked = [x for event in model.events for x in (event.when, *event.numbers)]
-    read = [name for x in asked if reads_state(x) for name in x.quantities]
-    observed = _observed(tracer, graph, model, posture, mask)[0] if _reads_observed(model, read) else None
+    observed = observing.observed(tracer, graph, model, posture, mask)[0] if reads_observed(model, asked) else None
     outputs = quantities.conditions(model, posture.now, observed)
     if not unforced(tracer.augmented.switches):
-        expected = _expected(tracer, graph)
+        expected = observing.expected(tracer, graph)
         multipliers = tracer.moving(model, posture, mask, expected)[1].multipliers
         turns = any(switch.tangents > 1 for switch in tracer.augmented.switches)
         accelerations = tracer.observed(model, posture, mask, expected)[0] if turns else []
@@ -84,8 +85,7 @@ def events(tracer: Tracer) -> Kernel:
 
 def foreseen(tracer: Tracer, model: Model) -> bool:
     """Whether positions and velocities decide about all conditions."""
-    read = [name for event in model.events if reads_state(event.when) for name in event.when.quantities]
-    return unforced(tracer.augmented.switches) and not _reads_observed(model, read)
+    return unforced(tracer.augmented.switches) and not reads_observed(model, [event.when for event in model.events])
 
 
 def measure(tracer: Tracer) -> Kernel:
@@ -101,13 +101,12 @@ def keep(tracer: Tracer) -> Kernel:
     KEPT_OPEN says so."""
     graph, model = tracer.graph()
     t, until, picked = (graph.input("extra", row) for row in (layout.T, layout.UNTIL, layout.PICKED))
-    kept, made = quantities.kept(model), step_kernels.integrated(tracer)
-    followed = {x.condition for x in kept} | {x.value for x in kept if x.kind in (LARGEST, SMALLEST)}
-    lasting = {x.value for x in kept if x.kind == LAST}
-    after = _signals(tracer, graph, model, {*followed, *lasting} - {NONE})
+    kept, made = quantities.kept(model), tracer.integrands
+    followed = quantities.followed(model)
+    after = _at_end(tracer, graph, model, followed | quantities.lasting(model))
     rates = _rates(tracer, graph, model, followed)
     sizes, ends, rows = tracer.sizes, dict[int, Ends](), dict[int, Number]()
-    for n in sorted(followed - {NONE}):
+    for n in sorted(followed):
         places = [layout.signal_row(sizes, k) + n for k in (0, layout.CHANGES, layout.RATES)]
         before, changed, rate = (graph.input("out", row) for row in places)
         if n in rates:
@@ -137,19 +136,30 @@ def keep(tracer: Tracer) -> Kernel:
 
 
 def _rates(tracer: Tracer, graph: Graph, model: Model, wanted: Iterable[int]) -> dict[int, Number]:
-    """The rates of those signals of which they follow from the velocities."""
+    """The rates of those signals of which they are known at the end of a step."""
+    every = quantities.signals(model)
+    if tracer.sizes.seen:
+        first = layout.seen_row(tracer.sizes)
+        return {n: graph.input("out", first + n) for n in wanted if quantities.has_rate(model, every[n])}
     now = tracer.now(graph, model)[0].now
     view = kinematics.moving(kinematics.still(now, tuple(range(len(model.bodies)))))
-    asked = {n: x for n, x in enumerate(quantities.signals(model)) if n in wanted and quantities.moves(model, x)}
+    asked = {n: every[n] for n in wanted if quantities.moves(model, every[n])}
     return {n: lift(quantities.evaluate(model, x, view)).b for n, x in asked.items()}
+
+
+def _at_end(tracer: Tracer, graph: Graph, model: Model, wanted: set[int]) -> dict[int, Number]:
+    """Signals at the end of a step, where F has told those that need accelerations, if it is known there."""
+    every, first = quantities.signals(model), layout.seen_row(tracer.sizes)
+    told = {n for n in wanted if tracer.sizes.seen and reads_observed(model, [every[n]])}
+    return _signals(tracer, graph, model, wanted - told) | {n: graph.input("out", first + n) for n in told}
 
 
 def _signals(tracer: Tracer, graph: Graph, model: Model, wanted: Iterable[int]) -> dict[int, Number]:
     """Signals of all measures, by their numbers among them."""
     posture, mask = tracer.now(graph, model, leans=True)
     asked = {n: x for n, x in enumerate(quantities.signals(model)) if n in wanted}
-    read = [name for x in asked.values() if reads_state(x) for name in x.quantities]
-    observed = _observed(tracer, graph, model, posture, mask)[0] if _reads_observed(model, read) else None
+    reads = reads_observed(model, asked.values())
+    observed = observing.observed(tracer, graph, model, posture, mask)[0] if reads else None
     everything = kinematics.still(posture.now, tuple(range(len(model.bodies))))
     return {n: quantities.evaluate(model, x, everything, observed) for n, x in asked.items()}
 
@@ -158,7 +168,7 @@ def border(tracer: Tracer) -> Kernel:
     """All that a change of modes has to know; the sliding friction of joints is no load in it."""
     graph, model = tracer.graph()
     posture, mask = tracer.now(graph, model)
-    S, b = tracer.border(model, posture.resting(), mask, _expected(tracer, graph))
+    S, b = tracer.border(model, posture.resting(), mask, observing.expected(tracer, graph))
     now, first = posture.now, constraints.permanent_rows(model)
     w, gap = constraints.rates(model, now)[first:], constraints.residual(model, now)[first:]
     alone = turning.alone(model, now)
@@ -188,39 +198,12 @@ def kick(tracer: Tracer) -> Kernel:
     return tracer.kernel("kick", (*rows, *behind, energy, *after))
 
 
-def _reads_observed(model: Model, names: Iterable[str]) -> bool:
-    """Whether one of these components needs accelerations or multipliers."""
-    return any(quantities.level(model, name) == quantities.OBSERVED for name in names)
-
-
-def _expected(tracer: Tracer, graph: Graph) -> list[Number] | None:
-    return tracer.expected(tracer.augmented_rows(graph), 0.0, graph.input("clock", layout.LENGTH))
-
-
-def _observed(
-    tracer: Tracer, graph: Graph, model: Model, posture: Posture, mask: list[Number]
-) -> tuple[quantities.Observed, list[Number]]:
-    """What accelerations and multipliers say of a state, and the multipliers."""
-    now = posture.now
-    accelerations, mu = tracer.observed(model, posture, mask, _expected(tracer, graph))
-    if tracer.whole.masked:
-        short = {key: minimum(x, 1.0) for key, x in dynamics.shapes(model).items()}  # in m^2
-        always = permanent(model)
-        least = kkt.least_multipliers(tracer.whole, short, constraints.jacobian(always, now), mu[: tracer.whole.rows])
-        mu = [*least, *mu[tracer.whole.rows :]]
-    force, torque = constraints.loads(model, now, mu)
-    efforts = [[-x for x in mu[rows]] for rows in constraints.rows_of(model)[len(model.joints) :][: len(model.drivers)]]
-    reactions = [-x for x in mu[constraints.permanent_rows(model) :]]
-    switches = {x.key: reactions[x.first : x.first + x.rows] for x in tracer.augmented.switches}
-    return quantities.Observed(accelerations, force, torque, efforts, switches), mu
-
-
 def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
     graph, model = tracer.graph()
     posture, mask = tracer.now(graph, model)
     now, reactions = posture.now, tracer.method.reactions
     own = [quantities.joined(q.name, part.name) for q in model.quantities for part in quantities.parts(model, q)]
-    seen = Observation(model, now, lambda: _observed(tracer, graph, model, posture, mask))
+    seen = Observation(model, now, lambda: observing.observed(tracer, graph, model, posture, mask))
     named = tracer.shown(now)
     for name, x in OUTPUT_VARIABLES.items():
         if x.rows is not None and (reactions or not x.reaction):
@@ -230,7 +213,7 @@ def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
     named |= law_states.variables(model, now)
     if tracer.augmented.switches:
         named[MODE.name] = [where(mode.on > SLIDE, STICK, mode.on) for mode in now.modes.values()]
-    named |= quantities.observe(model, now, seen.observed if _reads_observed(model, own) else None)
+    named |= quantities.observe(model, now, seen.observed if needs_observed(model, own) else None)
     observed: dict[str, tuple[int, int]] = {}
     outputs: list[Number] = []
     for name, rows in named.items():

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
@@ -10,12 +11,14 @@ from lienumba.integrators import layout
 from lienumba.integrators.codes import PARADOX, verdict
 from lienumba.integrators.methods import munthe_kaas
 from lienumba.integrators.methods.charts import Chart, Coordinates
-from lienumba.integrators.tracing.tracer import Posture, Tracer, flat
+from lienumba.integrators.tracing.observed import reads_observed, said
+from lienumba.integrators.tracing.tracer import Dynamics, Posture, Tracer, flat
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.mechanism.kinematics import Instant, View
+from lienumba.mechanics.mechanism.model import Model, Timed
 from lienumba.mechanics.system import dynamics
+from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import maximum, minimum, where
 
@@ -32,7 +35,7 @@ class Reports:
     margin: list[Number] = field(default_factory=list)
     accelerations: list[Number] = field(default_factory=list)  # of the last stage
     history: list[Number] = field(default_factory=list)  # see `AugmentedState`
-    integrands: list[list[Number]] = field(default_factory=list)  # of each stage the signals that are integrated
+    signals: list["_Signals"] = field(default_factory=list)
 
     def read(self, rows: Sequence[Number], tracer: Tracer) -> None:
         """Those of a stage that is known."""
@@ -47,12 +50,16 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
     stages, count, queued = tracer.tableau.stages, tracer.sizes.stages, tracer.method.queued
     if tracer.tableau.implicit:
         return {"first": _stage(tracer, first=True)}
+    if not tracer.tableau.composed:
+        tracer.integrands = quantities.integrands(tracer.template)
+        seen = len(quantities.signals(tracer.template)) if tracer.method.adaptive else 0
+        tracer.sizes = tracer.sizes._replace(integrands=len(tracer.integrands), seen=seen)
     stage = _stage(tracer, first=False)
     if stage.counts()["operations"] * count > INLINE:
         used = [s for s, row in enumerate(stages) if any(row) and s != count]
         kernels = {"stage": stage, "first": _stage(tracer, first=True), "advance": _advance(tracer)}
         kernels |= {"finish": _finish(tracer)} if tracer.augmented.rows else {}
-        kernels |= {"quadrature": _quadrature(tracer)} if integrated(tracer) else {}
+        kernels |= {"quadrature": _quadrature(tracer)} if tracer.integrands else {}
         return kernels | _combinations(tracer, used if tracer.method.extended else used[: count - 1])
     kernels = {"step": _inline(tracer, queued)}
     if not tracer.method.extended:
@@ -82,9 +89,6 @@ def _inline(tracer: Tracer, opened: bool) -> Kernel:
         every = range(tracer.elements)
         first = tuple(graph.inputs("extra", sizes.coordinates, layout.slope_row(sizes, i, 0)) for i in every)
         reports.read(graph.inputs("extra", layout.REPORTS, layout.report_row(sizes, 0)), tracer)
-        if queued and integrated(tracer):
-            at = tracer.posture(model, tracer.state(graph, "state"), augmented, t, within)
-            reports.integrands.append(_integrands(tracer, model, at))
     F = _vector_field(tracer, model, augmented, reports, h, within)
     chart = tracer.chart_of(model)
     new, rotation, square, slopes = munthe_kaas.step(
@@ -104,7 +108,8 @@ def _inline(tracer: Tracer, opened: bool) -> Kernel:
         code = where(sound < 0.0, PARADOX, code)
     after = augmented_after(tracer, model, augmented, tracer.posture(model, new, augmented, t + h).now, h, reports)
     outputs = [*flat(new), *after, code, *(reports.margin[:1] if tracer.augmented.masks else [])]
-    integrals = _integrals(tracer, h, reports.integrands)
+    known = [_known_integrands(tracer, graph, 0)] if first else []
+    integrals = _integrals(tracer, h, [*known, *(x.integrands for x in reports.signals)])
     rows, behind = list(range(len(outputs))), layout.first_slope(sizes)
     place = behind + (layout.quadrature_row(sizes) if queued else 0)
     outputs, rows = [*outputs, *integrals], [*rows, *(place + n for n in range(len(integrals)))]
@@ -119,40 +124,73 @@ def _inline(tracer: Tracer, opened: bool) -> Kernel:
     return tracer.kernel("step" if queued or not opened else "slopes", outputs, rows)
 
 
-def integrated(tracer: Tracer) -> tuple[int, ...]:
-    """The numbers of the signals that a step integrates by the weights of its stages."""
-    tableau = tracer.tableau
-    return () if tableau.series or tableau.implicit or tableau.composed else quantities.integrands(tracer.template)
+@dataclass
+class _Signals:
+    """What signals are at a state, of which `Tracer.moving` has found so much."""
+
+    tracer: Tracer
+    model: Model
+    posture: Posture
+    mask: list[Number]
+    expected: list[Number] | None
+    found: Dynamics
+
+    @cached_property
+    def _known(self) -> tuple[list[Number], list[Number]]:
+        return self.tracer.reported(self.model, self.posture, self.mask, self.expected, self.found)
+
+    @cached_property
+    def _observed(self) -> quantities.Observed:
+        return said(self.tracer, self.model, self.posture.now, *self._known)[0]
+
+    @cached_property
+    def _still(self) -> View:
+        return kinematics.still(self.posture.now, tuple(range(len(self.model.bodies))))
+
+    def value(self, x: Timed) -> Number:
+        observed = self._observed if reads_observed(self.model, [x]) else None
+        return quantities.evaluate(self.model, x, self._still, observed)
+
+    def rate(self, x: Timed) -> Number:
+        view = self._still
+        moving = kinematics.moving(view, None if quantities.moves(self.model, x) else self._known[0])
+        return lift(quantities.evaluate(self.model, x, moving)).b
+
+    @cached_property
+    def integrands(self) -> list[Number]:
+        every = quantities.signals(self.model)
+        return [self.value(every[n]) for n in self.tracer.integrands]
+
+    @cached_property
+    def seen(self) -> dict[int, Number]:
+        """What is said of signals at the end of a step (`layout.said`), by their numbers."""
+        found: dict[int, Number] = {}
+        every, model = quantities.signals(self.model), self.model
+        for n in sorted(quantities.followed(model) | quantities.lasting(model)) if self.tracer.sizes.seen else ():
+            if reads_observed(model, [every[n]]):
+                found[n] = self.value(every[n])
+            elif quantities.has_rate(model, every[n]):
+                found[n] = self.rate(every[n])
+        return found
 
 
-def _integrands(tracer: Tracer, model: Model, posture: Posture) -> list[Number]:
-    """What the signals that are integrated are at a state."""
-    view = kinematics.still(posture.now, tuple(range(len(model.bodies))))
-    signals = quantities.signals(model)
-    return [quantities.evaluate(model, signals[n], view) for n in integrated(tracer)]
+def _known_integrands(tracer: Tracer, graph: Graph, stage: int) -> list[Number]:
+    """The same as a stage has said it; extra: the slopes."""
+    rows = (layout.said_row(tracer.sizes, n, stage) for n in range(len(tracer.integrands)))
+    return [graph.input("extra", row) for row in rows]
 
 
 def _integrals(tracer: Tracer, h: Number, stages: Sequence[Sequence[Number]]) -> list[Number]:
     """What they integrate to in a step, of what they are in its stages."""
     used = [(h * float(b), x) for b, x in zip(tracer.tableau.b, stages, strict=False) if b]
-    return [sum(w * x[n] for w, x in used) for n in range(len(integrated(tracer)))]
+    return [sum(w * x[n] for w, x in used) for n in range(len(tracer.integrands))]
 
 
 def _quadrature(tracer: Tracer) -> Kernel:
-    """The same from the slopes of all stages; extra: these."""
-    graph, model = tracer.graph()
-    sizes, chart, tableau = tracer.sizes, tracer.chart_of(model), tracer.tableau
-    t, h, within = _clock(graph)
-    x, augmented, found = tracer.state(graph, "state"), tracer.augmented_rows(graph), []
-    for s in range(sizes.stages):
-        at, exponentials = list(x), tableau.exponentials(s)
-        for i in range(tracer.elements if any(tableau.A[s]) else 0):
-            first = layout.slope_row(sizes, i, 0)
-            slopes = [graph.inputs("extra", chart.size, first + chart.size * n) for n in range(len(exponentials[0]))]
-            at[i] = chart.moved(x[i], munthe_kaas.combination(chart, h, exponentials, slopes)[0])
-        posture = tracer.posture(model, at, augmented, t + float(tableau.c[s]) * h, within)
-        found.append(_integrands(tracer, model, posture) if tableau.b[s] else [])
-    return tracer.kernel("quadrature", _integrals(tracer, h, found))
+    """The same from what all stages have said; extra: the slopes."""
+    graph, _ = tracer.graph()
+    stages = [_known_integrands(tracer, graph, s) for s in range(tracer.sizes.stages)]
+    return tracer.kernel("quadrature", _integrals(tracer, _clock(graph)[1], stages))
 
 
 def _stage(tracer: Tracer, first: bool) -> Kernel:
@@ -171,13 +209,18 @@ def _stage(tracer: Tracer, first: bool) -> Kernel:
     u = tuple(zero if first else graph.inputs("extra", chart.size, chart.size * i) for i in every)
     f = munthe_kaas.slope(chart, tracer.state(graph, "state"), u, lambda y: F(y, t))
     margin = reports.margin if tracer.augmented.masks or tracer.weakens else []
-    said = [*reports.sound, *(reports.power or [0.0]), *margin]
+    reported = [*reports.sound, *(reports.power or [0.0]), *margin]
     rows = [layout.slope_row(sizes, i, 0) + c for i in every for c in range(chart.size)]
-    rows += [layout.report_row(sizes, 0) + c for c in range(len(said))]
+    rows += [layout.report_row(sizes, 0) + c for c in range(len(reported))]
     if tracer.reports_accelerations:
-        said += reports.accelerations
+        reported += reports.accelerations
         rows += [layout.acceleration_row(sizes, 0) + c for c in range(tracer.velocities)]
-    return tracer.kernel("first" if first else "stage", (*flat(f), *said), rows)
+    reported += reports.signals[0].integrands
+    rows += [layout.said_row(sizes, n, 0) for n in range(len(tracer.integrands))]
+    if first:
+        reported += reports.signals[0].seen.values()
+        rows += [layout.said_row(sizes, len(tracer.integrands) + n, 0) for n in reports.signals[0].seen]
+    return tracer.kernel("first" if first else "stage", (*flat(f), *reported), rows)
 
 
 def _finish(tracer: Tracer) -> Kernel:
@@ -236,13 +279,13 @@ def _vector_field(
     def F(state: Sequence[State], t: Number) -> Sequence[Algebra]:
         posture = tracer.posture(model, state, augmented, t, within)
         c = float(tracer.tableau.c[len(reports.sound)]) if node is None else node
-        moving, found = tracer.moving(model, posture, mask, tracer.expected(augmented, c, h))
+        expected = tracer.expected(augmented, c, h)
+        moving, found = tracer.moving(model, posture, mask, expected)
         reports.sound.append(found.sound)
         reports.margin.append(found.margin)
         if tracer.augmented.work:
             reports.power.append(dynamics.power(model, posture.now, found.multipliers))
-        if node is None and integrated(tracer):
-            reports.integrands.append(_integrands(tracer, model, posture))
+        reports.signals.append(_Signals(tracer, model, posture, mask, expected, found))
         reports.accelerations = found.accelerations
         return moving
 

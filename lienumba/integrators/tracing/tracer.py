@@ -86,11 +86,13 @@ class Tracer:
     """`template`: all that is known of the model (see `split`), so that its numbers cannot shape a kernel; `structure`:
     of the rows in use; `whole`: of all permanent rows, of which the exchangeable ones may be masked; `augmented`,
     `law_states`: what a state has beside the bodies; `k`: bodies, `elements`: of S, those of the bodies first; `sizes`:
-    see `layout.Sizes`, without what only finished kernels tell."""
+    see `layout.Sizes`, without what only finished kernels tell; `integrands`: the numbers of the signals that a step
+    integrates by the weights of its stages."""
 
     def __init__(self, template: Model, method: Method, selection: RowSelection, fixed: bool) -> None:
         self.template = template
         self.graphs: list[Graph] = []
+        self.integrands: tuple[int, ...] = ()
         graph, model = self.graph()
         self.whole = kkt.Structure.of(permanent(model), selection.rows, (), selection.singular)
         self.tableau = METHODS[method.tableau]
@@ -350,6 +352,12 @@ class Tracer:
         """The accelerations of all bodies (6 k), and the multipliers of all rows."""
         solution = dynamics.accelerations(model, self.structure, posture.now, mask, expected, self.method.baumgarte)
         return solution.x, solution.mu
+
+    def reported(
+        self, model: Model, posture: Posture, mask: list[Number], expected: list[Number] | None, found: Dynamics
+    ) -> tuple[list[Number], list[Number]]:
+        """The same where `moving` has found this."""
+        return found.accelerations, constraints.globally(model, posture.now, found.multipliers, self.axes)
 
     def error_square(
         self, graph: Graph, model: Model, estimates: Sequence[Sequence[Vector]], x: Sequence[State], y: Sequence[State]

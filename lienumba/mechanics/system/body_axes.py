@@ -33,10 +33,19 @@ class Axes:
     def turned(self, constraint: int, now: Instant, rows: Sequence[Number], vector: int) -> list[Any]:
         """What is left of a constraint in global axes, of which so many rows are a vector, in the axes of its rows. A
         law that sees these axes would vanish elsewhere, where R R^T has lost digits."""
+        return self._vector_turned(constraint, now, rows, vector, so3.rotate_back)
+
+    def turned_back(self, constraint: int, now: Instant, rows: Sequence[Number], vector: int) -> list[Any]:
+        """Multipliers of the rows of a constraint, in global axes."""
+        return self._vector_turned(constraint, now, rows, vector, so3.rotate)
+
+    def _vector_turned(
+        self, constraint: int, now: Instant, rows: Sequence[Number], vector: int, turn: Callable[[Any, Any], Any]
+    ) -> list[Any]:
         base = self.rows.get(constraint)
         if base is None or not vector:
             return list(rows)
-        return [*so3.rotate_back(now.motion(base).R, tuple(rows[:vector])), *rows[vector:]]
+        return [*turn(now.motion(base).R, tuple(rows[:vector])), *rows[vector:]]
 
     def directions(self, constraint: int, now: Instant, body: int) -> Sequence[Vector] | None:
         """Along what a body moves, in the axes of the rows of a constraint; None for these axes themselves."""

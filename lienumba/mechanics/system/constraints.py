@@ -123,6 +123,14 @@ def residual(model: Model, now: Instant, axes: Axes = GLOBAL) -> list[Any]:
     return rows
 
 
+def globally(model: Model, now: Instant, mu: Sequence[Number], axes: Axes) -> list[Any]:
+    """Multipliers of every row, which are in these axes, in global ones."""
+    rows: list[Any] = []
+    for n, (c, own) in enumerate(zip(constraints_of(model), rows_of(model), strict=True)):
+        rows += axes.turned_back(n, now, mu[own], c.vector)
+    return rows
+
+
 def rates(model: Model, now: Instant, axes: Axes = GLOBAL) -> list[Any]:
     """The rate C v + Phi_t or psi of every row (m/s or rad/s)."""
     rows: list[Any] = []

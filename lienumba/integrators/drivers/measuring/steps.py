@@ -98,9 +98,9 @@ def _see(kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lan
     there, rates = signals(sizes, at, 0, POINTS - 1), signals(sizes, at, 0, RATES)
     look(kernels, sizes, at, t, length, splat(0.0), there)
     stages.commit(unseen, signals(sizes, at, 0, 0), there, sizes.signals)
-    kicked = load(at.lanes, SEEN) < 0.0
-    for signal in range(sizes.signals):
-        store(rates, signal, choose(unseen & kicked, splat(np.nan), load(rates, signal)))
+    kicked = unseen & (load(at.lanes, SEEN) < 0.0)
+    for signal in range(sizes.signals if sizes.seen == 0 else 0):
+        store(rates, signal, choose(kicked, splat(np.nan), load(rates, signal)))
     store(at.lanes, SEEN, choose(good, splat(1.0), load(at.lanes, SEEN)))
 
 
@@ -127,8 +127,24 @@ def _look_into(
 
 
 @inlined
+def _said(sizes: Sizes, at: Workspace, signal: int) -> Lanes:
+    """What F at the end of the step says of a signal."""
+    return load(at.slopes, layout.said_row(sizes, sizes.integrands + signal, sizes.slopes - 1))
+
+
+@inlined
+def renew_rates(sizes: Sizes, at: Workspace, lanes: Mask) -> None:
+    """Where a step begins with another F than the last one has ended with, signals have other rates."""
+    rates = signals(sizes, at, 0, RATES)
+    for signal in range(sizes.seen):
+        store(rates, signal, choose(lanes, _said(sizes, at, signal), load(rates, signal)))
+
+
+@inlined
 def _keep(kernels: np.ndarray, sizes: Sizes, at: Workspace, new: Address) -> None:
     """What the end of the step says."""
+    for signal in range(sizes.seen):
+        store(at.measures, layout.seen_row(sizes) + signal, _said(sizes, at, signal))
     if sizes.leaping > 0:
         store(at.clock, layout.LEAN, -LEANING * load(at.clock, layout.LENGTH))
     call(kernels[layout.KEEP], new, at.parameters, at.clock, at.lanes, at.measures, at.work)

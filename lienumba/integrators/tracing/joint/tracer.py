@@ -203,6 +203,11 @@ class JointTracer(Tracer):
         accelerations = equations.body_accelerations(posture, solution.links)
         return accelerations, reactions.multipliers(posture, accelerations, solution.mu)
 
+    def reported(
+        self, model: Model, posture: seen.Posture, mask: list[Number], expected: list[Number] | None, found: Dynamics
+    ) -> tuple[list[Number], list[Number]]:
+        return self.observed(model, posture, mask, expected)
+
     def sampled(self, graph: Graph, model: Model, posture: seen.Posture) -> list[Number]:
         element = self.state(graph, "state")[0]
         laws = self.law_states.together(sampled(model, posture.now))

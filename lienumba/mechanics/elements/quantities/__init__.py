@@ -25,8 +25,11 @@ from lienumba.mechanics.elements.quantities.evaluation import (
     conditions,
     counted_angles,
     evaluate,
+    followed,
+    has_rate,
     integrands,
     kept,
+    lasting,
     leaps,
     level,
     moves,
@@ -40,6 +43,6 @@ from lienumba.mechanics.elements.quantities.evaluation import (
 __all__ = [
     "INPUTS", "INPUT_FORMS", "NOISES", "OBSERVED", "POSITION", "QUANTITIES", "VELOCITY", "XYZ", "Observed", "Part",
     "Readable", "bodies_of", "built_in", "component", "components", "conditions", "counted_angles", "evaluate",
-    "integrands", "is_input", "joined", "kept", "kind_of", "leaps", "level", "moves", "observe", "owner", "parts",
-    "rows", "signals", "switched", "units",
+    "followed", "has_rate", "integrands", "is_input", "joined", "kept", "kind_of", "lasting", "leaps", "level", "moves",
+    "observe", "owner", "parts", "rows", "signals", "switched", "units",
 ]  # fmt: skip

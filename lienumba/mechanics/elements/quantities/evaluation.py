@@ -4,14 +4,26 @@ from collections.abc import Iterator
 from typing import Any
 
 from lienumba.mechanics.elements import joints
-from lienumba.mechanics.elements.quantities.base import POSITION, VELOCITY, Observed, Part, joined, kind_of, owner
+from lienumba.mechanics.elements.quantities.base import (
+    OBSERVED,
+    POSITION,
+    VELOCITY,
+    Observed,
+    Part,
+    joined,
+    kind_of,
+    owner,
+)
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, View
 from lienumba.mechanics.mechanism.model import (
     GROUND,
     HELD,
     INTEGRAL,
+    LARGEST,
+    LAST,
     NONE,
+    SMALLEST,
     Coordinate,
     Counted,
     Kept,
@@ -127,10 +139,10 @@ def level(model: Model, name: str) -> int:
 
 def integrands(model: Model) -> tuple[int, ...]:
     """Of the signals of all measures those that steps can integrate by the weights of their stages: what is smooth as
-    it is written, and needs no accelerations."""
+    it is written."""
     every = signals(model)
     asked = dict.fromkeys(x.value for x in kept(model) if x.kind == INTEGRAL and x.value != NONE)
-    return tuple(n for n in asked if _smooth(model, every[n]))
+    return tuple(n for n in asked if _smooth(model, every[n], OBSERVED))
 
 
 def signals(model: Model) -> list[Timed]:
@@ -149,6 +161,23 @@ def kept(model: Model) -> list[Kept]:
     return found
 
 
+def followed(model: Model) -> set[int]:
+    """The signals of which it counts what they are between the ends of a step."""
+    every = kept(model)
+    return ({x.condition for x in every} | {x.value for x in every if x.kind in (LARGEST, SMALLEST)}) - {NONE}
+
+
+def lasting(model: Model) -> set[int]:
+    """Those of which the last value counts."""
+    return {x.value for x in kept(model) if x.kind == LAST} - {NONE}
+
+
+def has_rate(model: Model, x: Timed) -> bool:
+    """Whether the rate of a number follows from accelerations: it is smooth as it is written, and of what moves."""
+    names = (name for _, names in _parts(model, x) for name in names)
+    return _smooth(model, x, VELOCITY) and not any(_keeps(model, name) for name in names)
+
+
 def moves(model: Model, x: Timed) -> bool:
     """Whether the rate of a number follows from the velocities: it is smooth as it is written, and of positions."""
     return _smooth(model, x, POSITION)
@@ -161,15 +190,19 @@ def leaps(model: Model, x: Timed) -> bool:
 
 
 def _leaps(model: Model, formula: Timed, names: tuple[str, ...]) -> bool:
-    """Of a formula itself, and of what it reads that has a state, or a course, of its own."""
-    for name in names:
-        quantity, rest = _named(model, owner(name)[0]), owner(name)[1]
-        if quantity is None or level(model, name) > VELOCITY or not kind_of(quantity).reads(quantity, rest):
-            return True
+    """Of a formula itself, and of what it reads."""
+    if any(level(model, name) > VELOCITY or _keeps(model, name) for name in names):
+        return True
     return formula.leaps if isinstance(formula, Formula) else callable(formula)
 
 
-def _smooth(model: Model, x: Timed, most: int = VELOCITY) -> bool:
+def _keeps(model: Model, name: str) -> bool:
+    """Whether a component has a state, or a course, of its own."""
+    quantity, rest = _named(model, owner(name)[0]), owner(name)[1]
+    return quantity is None or not kind_of(quantity).reads(quantity, rest)
+
+
+def _smooth(model: Model, x: Timed, most: int) -> bool:
     """Whether a number is, as far as formulas say, and needs no more than this level of what it reads."""
     return all(
         (not isinstance(formula, Formula) or formula.smooth) and all(level(model, name) <= most for name in names)
