@@ -7,7 +7,7 @@ them as they are, and the drivers compile them in.
 from typing import NamedTuple
 
 from lienumba.compiler.rows import W
-from lienumba.groups.state import ELEMENT
+from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import kernel
 
 # The addresses of kernels, 0 where a method has no such kernel; behind them those of combine0, combine1, ...
@@ -76,67 +76,15 @@ RECORDS, LOCKS, ENGAGES, RELEASES, SETS = range(5)
 # which of the integrals that a step makes itself it is (-1: none of them); and the rows of each: the value, its time
 # (s), NaN as long as there is none, whether the condition held where the last step ended, whether it cannot be known,
 # because something was undefined, and whether what is between the ends of this step may change it. Signals are known in
-# POINTS of a step, of a part of it, and ELSEWHERE; behind that, by how much each changed in the last step (CHANGES),
-# and its rate at the end of that, NaN where it is not known (RATES).
+# POINTS of a step, of a part of it, and ELSEWHERE; behind that, by how much each changed in the last step (CHANGES)
+# and in the one before (EARLIER), and its rate at the end of that, NaN where it is not known (RATES).
 KEPT_KIND, KEPT_SIGNAL, KEPT_CONDITION, KEPT_QUADRATURE, KEPT_NUMBERS = range(5)
 LARGEST, SMALLEST, INTEGRATES, KEEPS_FIRST, KEEPS_LAST, COUNTS = range(6)
 KEPT_VALUE, KEPT_TIME, KEPT_TRUE, KEPT_UNDEFINED, KEPT_OPEN, KEPT_ROWS = range(6)
 POINTS = 5
-ELSEWHERE, CHANGES, RATES = range(2 * POINTS, 2 * POINTS + 3)
+ELSEWHERE, CHANGES, EARLIER, RATES = range(2 * POINTS, 2 * POINTS + 4)
+PAST = 2  # steps whose lengths (s) are known, 0 where they say nothing of what follows
 OPENS, SLIDES, CONDITIONS = range(3)  # conditions of each switch; see `event_kernels`
-
-
-class Sizes(NamedTuple):
-    """Of a program, all whole numbers.
-
-    elements: of S, those of the bodies first; element: rows of one; augmented: rows behind them; first_mask: the
-    row there of the first mask of the exchangeable rows of C; fixed: whether only those in use are compiled;
-    coordinates: of an element in a step; stages: of a step; slopes: kept of an element, of the stages, where lanes
-    have a time of their own also of F at the end and of the extension's stages: there the last one is F at the end
-    as the next step has it; events; correction: rows of an iterate of the position projection between its state and
-    its violation; chord: rows behind its code; observed: rows that are; parameters: rows of them, with what is
-    hoisted; series: rows of the coefficients of a step and what belongs to them; iterate: of implicit stages, rows;
-    factors: of an eliminated matrix of theirs; history, first_history: augmented rows that a method carries on from
-    step to step, and the first of them.
-    first_mode: the augmented row where the modes begin: masks of the switched rows of C, how each switch is on, and
-    their memory, which are `switched`, `switches` and `memory` rows; work: the augmented row of the work, if there is
-    any; values: numbers that events read where they act; signals: that are looked at for what is kept of runs as a
-    whole, which are so many; integrands: those that are integrated by the stages of a step; leaping: those that may
-    jump where no body does; seen: those of which F at the end of a step says something, all or none; weakens: whether
-    steps know the margin of the constraints at both of their ends.
-    """
-
-    elements: int
-    augmented: int
-    first_mask: int
-    exchangeable: int
-    fixed: int
-    coordinates: int
-    stages: int
-    slopes: int
-    events: int
-    correction: int
-    element: int = ELEMENT
-    chord: int = 0
-    observed: int = 0
-    parameters: int = 1
-    series: int = 0
-    first_mode: int = 0
-    switched: int = 0
-    switches: int = 0
-    memory: int = 0
-    work: int = 0
-    values: int = 0
-    iterate: int = 0
-    factors: int = 0
-    history: int = 0
-    first_history: int = 0
-    signals: int = 0
-    kept: int = 0
-    integrands: int = 0
-    leaping: int = 0
-    seen: int = 0
-    weakens: int = 0
 
 
 @kernel
@@ -211,8 +159,8 @@ def said(sizes: Sizes) -> int:
 @kernel
 def said_row(sizes: Sizes, n: int, slope: int) -> int:
     """That of the nth of these, counted as that of a slope: at the same distances."""
-    group = sizes.slopes * (n // sizes.coordinates) + slope
-    return quadrature_row(sizes) + sizes.integrands + sizes.coordinates * group + n % sizes.coordinates
+    size = max(sizes.coordinates, 1)
+    return quadrature_row(sizes) + sizes.integrands + size * (sizes.slopes * (n // size) + slope) + n % size
 
 
 # ---------------------------------------------------------------- implicit stages, in the place of a series
@@ -421,9 +369,15 @@ def seen_row(sizes: Sizes) -> int:
 
 
 @kernel
+def length_row(sizes: Sizes) -> int:
+    """The first row of the lengths of the last steps, the latest first."""
+    return seen_row(sizes) + sizes.seen
+
+
+@kernel
 def measure_rows(sizes: Sizes) -> int:
     """Of all this; none where nothing is kept."""
-    return seen_row(sizes) + sizes.seen if sizes.kept > 0 else 0
+    return length_row(sizes) + PAST if sizes.kept > 0 else 0
 
 
 @kernel

@@ -22,10 +22,10 @@ from lienumba.integrators.layout import (
     TARGET,
     TARGETS,
     UNTIL,
-    Sizes,
     T,
     Workspace,
 )  # fmt: skip
+from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import absolute, maximum
 
 BAND = 1e-9  # of the largest number that a condition has been: a fall by less is rounding

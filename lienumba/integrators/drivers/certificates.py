@@ -18,9 +18,9 @@ from lienumba.integrators.layout import (
     SWITCH_FIRST,
     SWITCH_KIND,
     UNILATERAL,
-    Sizes,
     Workspace,
 )
+from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import absolute, maximum
 
 BEYOND = 1e-6  # of the largest speed of a switch so far, of the force that gives this, of its length: no rounding

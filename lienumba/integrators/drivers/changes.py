@@ -66,10 +66,10 @@ from lienumba.integrators.layout import (
     TARGETS,
     UNILATERAL,
     VALUE,
-    Sizes,
     T,
     Workspace,
 )  # fmt: skip
+from lienumba.integrators.sizes import Sizes
 
 ROUNDS = 64  # at one time
 CLOSING = 200  # iterations to close a joint over a gap, of which steps have none
@@ -481,6 +481,8 @@ def _renew(
     note(sizes, first, rows, runs, queue, lane, t)
     rows[own + CHANGED, lane] = 1.0 if again else 0.0
     rows[own + STALE, lane], rows[own + SEEN, lane] = 1.0, -1.0
+    for n in range(layout.PAST if sizes.kept > 0 else 0):
+        rows[first.measures + layout.length_row(sizes) + n, lane] = 0.0
     rows[first.clock + layout.MEMORY, lane] = 0.0
     if t - rows[own + RECENT, lane] > WINDOW * end:
         rows[own + RECENT, lane], rows[own + MANY, lane] = t, 0.0

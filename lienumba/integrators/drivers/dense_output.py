@@ -10,7 +10,8 @@ from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.lane_queue import ChunkRuns, Queue, keep
 from lienumba.integrators.drivers.workspace import Places, Rows
-from lienumba.integrators.layout import DUE, ITERATIONS, PICKED, STATUS, UNTIL, Sizes, Workspace
+from lienumba.integrators.layout import DUE, ITERATIONS, PICKED, STATUS, UNTIL, Workspace
+from lienumba.integrators.sizes import Sizes
 
 
 @apart

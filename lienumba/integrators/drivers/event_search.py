@@ -34,9 +34,9 @@ from lienumba.integrators.layout import (
     SWITCH_KIND,
     UNILATERAL,
     UNTIL,
-    Sizes,
     Workspace,
 )  # fmt: skip
+from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import maximum
 
 SOUGHT = -1.0  # in the place of a time: it is yet to be found

@@ -8,7 +8,8 @@ from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.workspace import Places, addresses
-from lienumba.integrators.layout import ITERATIONS, STATUS, Sizes
+from lienumba.integrators.layout import ITERATIONS, STATUS
+from lienumba.integrators.sizes import Sizes
 
 
 def observe_events(

@@ -31,10 +31,10 @@ from lienumba.integrators.layout import (
     SWITCH_FIRST,
     SWITCH_KIND,
     UNTIL,
-    Sizes,
     T,
     Workspace,
 )  # fmt: skip
+from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import absolute, minimum
 
 SLIGHT = 1e-12  # of the largest normal force, of the largest speed so far, of a length: what is less is 0

@@ -13,11 +13,12 @@ from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.lane_queue import Plan
-from lienumba.integrators.drivers.measuring.steps import begin_measures, measure_closed, take_gains
+from lienumba.integrators.drivers.measuring.steps import begin_measures, forget_past, measure_closed, take_gains
 from lienumba.integrators.drivers.row_selection import WEAKENED
 from lienumba.integrators.drivers.stages import commit, copy
 from lienumba.integrators.drivers.workspace import Places, Rows, addresses
-from lienumba.integrators.layout import ACCEPTED, FRESH, ITERATIONS, SEEN, STATUS, UNTIL, Sizes, T
+from lienumba.integrators.layout import ACCEPTED, FRESH, ITERATIONS, SEEN, STATUS, UNTIL, T
+from lienumba.integrators.sizes import Sizes
 
 
 @apart
@@ -190,8 +191,10 @@ def _advance(
                 if landed and kernels[layout.SAMPLE] != 0:
                     call(kernels[layout.SAMPLE], x, p, clock, 0, places.new, at.work)
                     commit(good, x, places.new, elements)
-                if measured and landed and sizes.leaping > 0:
-                    store(lanes, SEEN, splat(0.0))
+                if measured and landed:
+                    forget_past(sizes, at, good)
+                    if sizes.leaping > 0:
+                        store(lanes, SEEN, splat(0.0))
                 store(lanes, T, choose(good, load(lanes, UNTIL), load(lanes, T)))
                 going = good & (load(lanes, T) < n * h)
             store(clock, layout.TIME, splat(n * h))

@@ -28,10 +28,10 @@ from lienumba.integrators.layout import (
     STALE,
     TRIAL,
     UNTIL,
-    Sizes,
     T,
     Workspace,
 )
+from lienumba.integrators.sizes import Sizes
 
 ITERATIONS = 12
 ENOUGH = 1e-6  # squared: of what the tolerance allows, what all further changes may amount to

@@ -31,10 +31,10 @@ from lienumba.integrators.layout import (
     TRIED,
     UNTIL,
     H,
-    Sizes,
     T,
     Workspace,
 )  # fmt: skip
+from lienumba.integrators.sizes import Sizes
 
 NEVER = float("inf")
 ROUNDING, FIRST_ROUNDING = 1e-15, 1e-18  # of the time, and of the end: no step is shorter

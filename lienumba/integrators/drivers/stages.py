@@ -12,7 +12,8 @@ from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers.row_selection import select_rows
 from lienumba.integrators.drivers.workspace import Places, Rows
-from lienumba.integrators.layout import Sizes, Workspace
+from lienumba.integrators.layout import Workspace
+from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import maximum
 
 

@@ -58,10 +58,10 @@ from lienumba.integrators.layout import (
     TRIAL,
     UNTIL,
     H,
-    Sizes,
     T,
     Workspace,
 )  # fmt: skip
+from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import maximum, minimum
 
 WEAK = 1e-4  # margin of a step that begins or ends near a singular position
@@ -230,6 +230,8 @@ def _end_on_discontinuity(
             rows[own + STALE, lane] = 1.0
             if sizes.leaping > 0:
                 rows[own + SEEN, lane] = min(rows[own + SEEN, lane], 0.0)
+            for n in range(layout.PAST if sizes.kept > 0 else 0):
+                rows[first.measures + layout.length_row(sizes) + n, lane] = 0.0
             rows[first.clock + layout.MEMORY, lane] = 0.0
     picked = load(at.lanes, PICKED) != 0.0
     if kernels[layout.SAMPLE] != 0 and any_lane(picked):

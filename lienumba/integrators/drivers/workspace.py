@@ -7,7 +7,8 @@ import numpy as np
 from lienumba.compiler.lanes import Address
 from lienumba.compiler.routines.marks import apart
 from lienumba.compiler.rows import ROW
-from lienumba.integrators.layout import Sizes, Workspace, workspace
+from lienumba.integrators.layout import Workspace, workspace
+from lienumba.integrators.sizes import Sizes
 
 Rows = np.ndarray  # (rows, W): memory as a lane is seen in it, one by one
 

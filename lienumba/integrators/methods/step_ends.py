@@ -12,21 +12,45 @@ from lienumba.numerics.operations import absolute, maximum, minimum, where
 
 FARTHEST = 4.0  # times what a signal changes by in two steps: inside of them it goes no farther
 EVEN = 2.0  # times another rate, or less: about as large
+ALIKE = 1.2  # times another step, or less: about as long
+STEADY = 5.0 / 3.0  # times another mean rate, or less: about as large
+
+
+@dataclass(frozen=True)
+class Past:
+    """What a signal changed by in the last step and in the one before, and how long these two steps and the present
+    one were (s), the latest first; 0 s where this says nothing of the present one."""
+
+    changes: tuple[Number, Number]
+    lengths: tuple[Number, Number, Number]
+
+    def steady(self, change: Number, yes: Number, no: Number) -> Any:
+        """One of two numbers: whether the mean rates of all three steps, about as long, are about as large."""
+        now, last, first = self.lengths
+        found: Any = yes
+        for long, other in ((now, last), (last, first)):
+            found = where(long <= ALIKE * other, where(other <= ALIKE * long, found, no), no)
+        for large, other in ((change * last, self.changes[0] * now), (self.changes[0] * first, self.changes[1] * last)):
+            size, others = absolute(large), absolute(other)
+            found = where(size <= STEADY * others, where(others <= STEADY * size, found, no), no)
+            found = where(large * other > 0.0, found, no)
+        return found
 
 
 @dataclass(frozen=True)
 class Ends:
-    """A signal at both ends of a step, what it changed by in the step before, and its rates at both ends times the
-    length of the step, NaN where they are not known."""
+    """A signal at both ends of a step, what it was before, and its rates at both ends times the length of the step, NaN
+    where they are not known; smooth: whether it has no kinks."""
 
     before: Number
     after: Number
-    changed: Number
+    past: Past
     rates: tuple[Number, Number] | None = None
+    smooth: bool = False
 
     @property
     def change(self) -> Number:
-        return absolute(self.after - self.before)
+        return self.after - self.before
 
     @property
     def most(self) -> Number:
@@ -47,15 +71,16 @@ class Ends:
     def reach(self) -> Number:
         """By how much it may leave what it is at the ends: the cubic through them does so by 4/27 of its rates."""
         if self.rates is None:
-            return FARTHEST * (self.change + self.changed)
+            return FARTHEST * (absolute(self.change) + absolute(self.past.changes[0]))
         low, high = self._rate_ends
         return maximum(high, -low) + (high - low) + (self.most - self.least)
 
     def if_it_turns(self, yes: Number, no: Number) -> Any:
         """One of two numbers: whether it may turn between the ends. It does not where its rates there are at least half
-        of the mean one, and at most twice that: what oscillates once in a step is never so even."""
+        of the mean one, and at most twice that: what oscillates once in a step is never so even. Without rates, it does
+        not where the mean ones of three steps are as even: what oscillates half a time in a step is never that."""
         if self.rates is None:
-            return yes
+            return self.past.steady(self.change, no, yes) if self.smooth else yes
         (low, high), mean = self._rate_ends, self.after - self.before
         few, many = mean * (1.0 / EVEN), mean * EVEN
         return where(low >= minimum(few, many), where(high <= maximum(few, many), no, yes), yes)

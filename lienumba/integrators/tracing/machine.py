@@ -13,7 +13,8 @@ from lienumba.compiler.flat import Flat, kept
 from lienumba.compiler.memo import Memo
 from lienumba.compiler.rows import W
 from lienumba.groups.state import ELEMENT
-from lienumba.integrators.layout import CLOCK, COMBINE, OBSERVE, ORDER, PLACE, READ, TIME, Sizes, workspace
+from lienumba.integrators.layout import CLOCK, COMBINE, OBSERVE, ORDER, PLACE, READ, TIME, workspace
+from lienumba.integrators.sizes import Sizes
 from lienumba.integrators.tracing.program import Outline, Program
 
 _DRIVERS: Memo[Flat] = Memo(3)

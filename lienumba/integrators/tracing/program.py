@@ -36,8 +36,8 @@ from lienumba.compiler.convolutions import SeriesKernel
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import uncollected
 from lienumba.integrators import layout
-from lienumba.integrators.layout import Sizes
 from lienumba.integrators.methods.charts import JOINT
+from lienumba.integrators.sizes import Sizes
 from lienumba.integrators.tracing import (
     extension_kernels,
     position_kernels,
@@ -50,6 +50,7 @@ from lienumba.integrators.tracing.implicit import alpha_kernels
 from lienumba.integrators.tracing.implicit import kernels as collocation
 from lienumba.integrators.tracing.joint.tracer import JointTracer, place, read
 from lienumba.integrators.tracing.law_states import LawStates
+from lienumba.integrators.tracing.measuring import kernels as measuring
 from lienumba.integrators.tracing.method import Method
 from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
 from lienumba.integrators.tracing.template import split
@@ -140,7 +141,7 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
             signals=len(quantities.signals(template)), kept=len(quantities.kept(template)),
             leaping=sum(quantities.leaps(template, x) for x in quantities.signals(template)),
         )  # fmt: skip
-        kernels |= {"measure": state_kernels.measure(tracer), "keep": state_kernels.keep(tracer)}
+        kernels |= {"measure": measuring.measure(tracer), "keep": measuring.keep(tracer)}
     rows = len(values)
     for name in sorted(kernels, key=[*ALIKE, *kernels].index):
         kernels[name] = kernels[name].hoisted_from(rows)

@@ -91,21 +91,29 @@ def _expand(tracer: Tracer) -> Expansion:
     return Expansion(kernel, places, work, sound + 2, range(behind, behind + len(compared)))
 
 
-def _gaps(tracer: Tracer, graph: Graph, model: Model, values: Sequence[Any]) -> list[Any]:
-    """The differences of all numbers that laws compare: where one changes its sign, another branch begins. What
-    chooses among forms of one number, and what an elimination compares without any force, does not count."""
+def compared(
+    tracer: Tracer, graph: Graph, model: Model, t: Number, within: Number | None, values: Sequence[Any]
+) -> list[Symbol]:
+    """What values compare, of the mechanism at a state, in an analytic graph: where one changes, another branch
+    begins. What chooses among forms of one number, and what an elimination compares without any force, does not
+    count."""
 
-    def compared(values: Sequence[Any]) -> dict[int, Symbol]:
+    def found(values: Sequence[Any]) -> dict[int, Symbol]:
         return {x.id: x for x in live(values) if x.op in ("<", "<=") and x.id not in graph.alike}
 
-    found, known = compared(values), dict[int, Symbol]()
-    if found and tracer.structure.looped:
+    every, known = found(values), dict[int, Symbol]()
+    if every and tracer.structure.looped:
         free, augmented = replace(model, forces=()), tracer.augmented_rows(graph)
-        t, within = graph.input("clock", layout.TIME), graph.input("clock", layout.MIDDLE)
         posture = tracer.posture(free, tracer.state(graph, "state"), augmented, t, within)
         _, bare = tracer.moving(free, posture, tracer.mask(augmented), tracer.augmented.expected(augmented))
-        known = compared([*bare.accelerations, *bare.multipliers])
-    return [node.args[0] - node.args[1] for id_, node in found.items() if id_ not in known]
+        known = found([*bare.accelerations, *bare.multipliers])
+    return [node for id_, node in every.items() if id_ not in known]
+
+
+def _gaps(tracer: Tracer, graph: Graph, model: Model, values: Sequence[Any]) -> list[Any]:
+    """The differences of all numbers that laws compare: where one changes its sign, another branch begins."""
+    t, within = graph.input("clock", layout.TIME), graph.input("clock", layout.MIDDLE)
+    return [node.args[0] - node.args[1] for node in compared(tracer, graph, model, t, within, values)]
 
 
 def _integrated(tracer: Tracer, model: Model, rates: Sequence[Any], others: Sequence[Any]) -> list[int]:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
@@ -11,14 +10,12 @@ from lienumba.integrators import layout
 from lienumba.integrators.codes import PARADOX, verdict
 from lienumba.integrators.methods import munthe_kaas
 from lienumba.integrators.methods.charts import Chart, Coordinates
-from lienumba.integrators.tracing.observed import reads_observed, said
-from lienumba.integrators.tracing.tracer import Dynamics, Posture, Tracer, flat
+from lienumba.integrators.tracing.measuring.signals import Signals
+from lienumba.integrators.tracing.tracer import Tracer, flat
 from lienumba.mechanics.elements import quantities
-from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.kinematics import Instant, View
-from lienumba.mechanics.mechanism.model import Model, Timed
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import dynamics
-from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import maximum, minimum, where
 
@@ -35,7 +32,7 @@ class Reports:
     margin: list[Number] = field(default_factory=list)
     accelerations: list[Number] = field(default_factory=list)  # of the last stage
     history: list[Number] = field(default_factory=list)  # see `AugmentedState`
-    signals: list["_Signals"] = field(default_factory=list)
+    signals: list[Signals] = field(default_factory=list)
 
     def read(self, rows: Sequence[Number], tracer: Tracer) -> None:
         """Those of a stage that is known."""
@@ -122,56 +119,6 @@ def _inline(tracer: Tracer, opened: bool) -> Kernel:
         outputs += reports.power[s : s + 1]
         rows += [behind + layout.report_row(sizes, s) + layout.POWER] if reports.power else []
     return tracer.kernel("step" if queued or not opened else "slopes", outputs, rows)
-
-
-@dataclass
-class _Signals:
-    """What signals are at a state, of which `Tracer.moving` has found so much."""
-
-    tracer: Tracer
-    model: Model
-    posture: Posture
-    mask: list[Number]
-    expected: list[Number] | None
-    found: Dynamics
-
-    @cached_property
-    def _known(self) -> tuple[list[Number], list[Number]]:
-        return self.tracer.reported(self.model, self.posture, self.mask, self.expected, self.found)
-
-    @cached_property
-    def _observed(self) -> quantities.Observed:
-        return said(self.tracer, self.model, self.posture.now, *self._known)[0]
-
-    @cached_property
-    def _still(self) -> View:
-        return kinematics.still(self.posture.now, tuple(range(len(self.model.bodies))))
-
-    def value(self, x: Timed) -> Number:
-        observed = self._observed if reads_observed(self.model, [x]) else None
-        return quantities.evaluate(self.model, x, self._still, observed)
-
-    def rate(self, x: Timed) -> Number:
-        view = self._still
-        moving = kinematics.moving(view, None if quantities.moves(self.model, x) else self._known[0])
-        return lift(quantities.evaluate(self.model, x, moving)).b
-
-    @cached_property
-    def integrands(self) -> list[Number]:
-        every = quantities.signals(self.model)
-        return [self.value(every[n]) for n in self.tracer.integrands]
-
-    @cached_property
-    def seen(self) -> dict[int, Number]:
-        """What is said of signals at the end of a step (`layout.said`), by their numbers."""
-        found: dict[int, Number] = {}
-        every, model = quantities.signals(self.model), self.model
-        for n in sorted(quantities.followed(model) | quantities.lasting(model)) if self.tracer.sizes.seen else ():
-            if reads_observed(model, [every[n]]):
-                found[n] = self.value(every[n])
-            elif quantities.has_rate(model, every[n]):
-                found[n] = self.rate(every[n])
-        return found
 
 
 def _known_integrands(tracer: Tracer, graph: Graph, stage: int) -> list[Number]:
@@ -285,7 +232,7 @@ def _vector_field(
         reports.margin.append(found.margin)
         if tracer.augmented.work:
             reports.power.append(dynamics.power(model, posture.now, found.multipliers))
-        reports.signals.append(_Signals(tracer, model, posture, mask, expected, found))
+        reports.signals.append(Signals(tracer, model, posture, mask, expected, found))
         reports.accelerations = found.accelerations
         return moving
 

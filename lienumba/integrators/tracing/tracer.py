@@ -13,6 +13,7 @@ from lienumba.groups.state import ELEMENT, Algebra, State
 from lienumba.integrators import codes, layout
 from lienumba.integrators.methods import METHODS, step_control
 from lienumba.integrators.methods.charts import Chart
+from lienumba.integrators.sizes import Sizes
 from lienumba.integrators.tracing import law_states
 from lienumba.integrators.tracing.augmented_state import AugmentedState, counted_angles
 from lienumba.integrators.tracing.law_states import NUMBERS, RATES, LawStates, sampled
@@ -86,7 +87,7 @@ class Tracer:
     """`template`: all that is known of the model (see `split`), so that its numbers cannot shape a kernel; `structure`:
     of the rows in use; `whole`: of all permanent rows, of which the exchangeable ones may be masked; `augmented`,
     `law_states`: what a state has beside the bodies; `k`: bodies, `elements`: of S, those of the bodies first; `sizes`:
-    see `layout.Sizes`, without what only finished kernels tell; `integrands`: the numbers of the signals that a step
+    see `Sizes`, without what only finished kernels tell; `integrands`: the numbers of the signals that a step
     integrates by the weights of its stages."""
 
     def __init__(self, template: Model, method: Method, selection: RowSelection, fixed: bool) -> None:
@@ -120,7 +121,7 @@ class Tracer:
             history=1 + 2 * rates if self.tableau.carries else 0,
         )
         self.chart = self.chart_of(model)
-        self.sizes = layout.Sizes(
+        self.sizes = Sizes(
             elements=self.elements, element=self.element, augmented=self.augmented.rows,
             first_mask=self.augmented.first_mask, exchangeable=len(self.augmented.masks),
             fixed=int(bool(self.augmented.fixed)), coordinates=self.chart.size, stages=stages,

@@ -1,12 +1,16 @@
 """What the ends of a step say, against what is in it."""
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from lienumba.integrators.methods.step_ends import Ends, Known, added, matters
+from lienumba.integrators.methods.step_ends import ALIKE, Ends, Known, Past, added, matters
 from lienumba.mechanics.mechanism.model import LARGEST, SMALLEST
 
 RUNS, WITHIN = 4000, 400
+UNKNOWN = Past((np.zeros(RUNS), np.zeros(RUNS)), (np.ones(RUNS), np.zeros(RUNS), np.zeros(RUNS)))
 
 
 def waves() -> tuple[np.ndarray, Ends]:
@@ -18,10 +22,28 @@ def waves() -> tuple[np.ndarray, Ends]:
     x = np.linspace(0.0, 1.0, WITHIN)
     values = size * np.sin(phase + turn * x) + slope * x
     rates = tuple((size * turn * np.cos(phase + turn * at) + slope)[:, 0] for at in (0.0, 1.0))
-    return values, Ends(values[:, 0], values[:, -1], np.zeros(RUNS), rates)
+    return values, Ends(values[:, 0], values[:, -1], UNKNOWN, rates)
 
 
-def test_no_turn_is_missed() -> None:
+def steady_waves() -> tuple[np.ndarray, Ends]:
+    """Of up to a third of a period, over any line, where nothing is known but what was at the ends of three steps that
+    are about as long."""
+    rng = np.random.default_rng(3)
+    phase, turn, size, slope = (rng.uniform(*x, (RUNS, 1)) for x in ((0, 6.3), (0.01, 2.1), (0.1, 3), (-4, 4)))
+    last, first = (rng.uniform(1.0 / ALIKE, ALIKE, RUNS) for _ in range(2))
+    first = np.clip(first, last / ALIKE, last * ALIKE)
+
+    def at(x: np.ndarray) -> np.ndarray:
+        return size * np.sin(phase + turn * x) + slope * turn * x
+
+    values = at(np.linspace(0.0, 1.0, WITHIN))
+    before, earlier = (at(-x[:, None])[:, 0] for x in (last, last + first))
+    past = Past((values[:, 0] - before, before - earlier), (np.ones(RUNS), last, first))
+    return values, Ends(values[:, 0], values[:, -1], past, smooth=True)
+
+
+@pytest.mark.parametrize("waves", [waves, steady_waves])
+def test_no_turn_is_missed(waves: Callable[[], tuple[np.ndarray, Ends]]) -> None:
     values, ends = waves()
     steps = np.diff(values, axis=1)
     goes_one_way = (steps >= 0.0).all(axis=1) | (steps <= 0.0).all(axis=1)
@@ -45,7 +67,22 @@ def test_extremes_of_steps_that_are_not_looked_into(kind: str, sign: float) -> N
     )
     np.testing.assert_array_equal(found.value[~closed], before[~closed])
     assert closed.mean() > 0.2
-    undefined = Ends(ends.before, np.full(RUNS, np.nan), ends.changed, ends.rates)
+    undefined = Ends(ends.before, np.full(RUNS, np.nan), ends.past, ends.rates)
     assert (matters(kind, known, undefined, None, None) == 1.0).all()
-    unseen = Ends(ends.before, ends.after, ends.changed, (np.full(RUNS, np.nan), ends.rates[1]))
+    unseen = Ends(ends.before, ends.after, ends.past, (np.full(RUNS, np.nan), ends.rates[1]))
     assert (matters(kind, known, unseen, None, None) == 1.0).all()
+
+
+def test_what_has_kinks_or_no_past_is_looked_into() -> None:
+    """Also where steps have become twice as long, and where a signal has turned back."""
+    _, ends = steady_waves()
+    turns = ends.if_it_turns(1.0, 0.0)
+    assert 0.2 < (turns == 0.0).mean() < 0.8
+    assert replace(ends, smooth=False).if_it_turns(1.0, 0.0) == 1.0
+    for other in (
+        replace(ends, past=replace(ends.past, lengths=(2.0 * ends.past.lengths[0], *ends.past.lengths[1:]))),
+        replace(ends, past=replace(ends.past, lengths=UNKNOWN.lengths)),
+        replace(ends, past=replace(ends.past, changes=(-ends.past.changes[0], ends.past.changes[1]))),
+        replace(ends, after=np.full(RUNS, np.nan)),
+    ):
+        assert (other.if_it_turns(1.0, 0.0)[turns == 0.0] == 1.0).all()

@@ -15,7 +15,8 @@ from lienumba.integrators.drivers.measuring.points import (
     through,
     time_of,
 )
-from lienumba.integrators.layout import ELSEWHERE, KEPT_TIME, KEPT_UNDEFINED, KEPT_VALUE, POINTS, Sizes, Workspace
+from lienumba.integrators.layout import ELSEWHERE, KEPT_TIME, KEPT_UNDEFINED, KEPT_VALUE, POINTS, Workspace
+from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import maximum, minimum
 
 GRID = 32  # places in which an interpolant is looked at

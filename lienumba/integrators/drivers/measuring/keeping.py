@@ -39,9 +39,9 @@ from lienumba.integrators.layout import (
     POINTS,
     SEEKS,
     SMALLEST,
-    Sizes,
     Workspace,
 )  # fmt: skip
+from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import maximum
 
 OUTER, INNER = 0.05, 49.0 / 180.0  # Lobatto's weights on a step of length 1, and in the middle:

@@ -8,7 +8,8 @@ from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.dense_output import between
-from lienumba.integrators.layout import POINTS, UNTIL, Sizes, Workspace
+from lienumba.integrators.layout import POINTS, UNTIL, Workspace
+from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import maximum, minimum
 
 FIRST_POINT = 0.17267316464601142845  # (1 - sqrt(3/7))/2

@@ -43,11 +43,11 @@ from lienumba.integrators.layout import (
     RATES,
     SEEN,
     UNTIL,
-    Sizes,
     T,
     Workspace,
 )  # fmt: skip
-from lienumba.numerics.operations import absolute, maximum
+from lienumba.integrators.sizes import Sizes
+from lienumba.numerics.operations import maximum
 
 
 @apart
@@ -92,6 +92,14 @@ def _open(
     stages.extend(kernels, sizes, nodes, at, t, length, load(at.lanes, UNTIL))
 
 
+@inlined
+def forget_past(sizes: Sizes, at: Workspace, lanes: Mask) -> None:
+    """What signals were says nothing of what they will be where forces jump."""
+    for n in range(layout.PAST):
+        length = load(at.measures, layout.length_row(sizes) + n)
+        store(at.measures, layout.length_row(sizes) + n, choose(lanes, splat(0.0), length))
+
+
 @apart
 def _see(kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lanes, good: Mask, unseen: Mask) -> None:
     """What signals are where a step begins that is not where the last one ended."""
@@ -120,10 +128,11 @@ def _look_into(
             _keep_within(kernels, sizes, at, first, rows, plan, n, t, length, whole, opens)
     for signal in range(sizes.signals):
         before, after = value_of(sizes, at, signal, 0), value_of(sizes, at, signal, POINTS - 1)
-        changes, change = signals(sizes, at, 0, CHANGES), absolute(after - before)
-        store(changes, signal, choose(good, change, load(changes, signal)))
+        changes = signals(sizes, at, 0, CHANGES)
+        store(changes, signal, choose(good, after - before, load(changes, signal)))
         store(signals(sizes, at, 0, 0), signal, choose(good, after, before))
     store(at.lanes, SEEN, choose(good & cut, splat(-1.0), load(at.lanes, SEEN)))
+    forget_past(sizes, at, good & cut)
 
 
 @inlined
@@ -246,6 +255,9 @@ def begin_measures(kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Work
             if rows[first.lanes + FRESH, lane] != 0.0:
                 rows[changes + signal, lane] = np.inf
                 rows[rates + signal, lane] = np.nan
+        if rows[first.lanes + FRESH, lane] != 0.0:
+            for n in range(layout.PAST):
+                rows[first.measures + layout.length_row(sizes) + n, lane] = 0.0
     for n in range(sizes.kept):
         kept, kind = first.measures + layout.KEPT_ROWS * n, plan.kept[n, KEPT_KIND]
         value, condition = plan.kept[n, KEPT_SIGNAL], plan.kept[n, KEPT_CONDITION]

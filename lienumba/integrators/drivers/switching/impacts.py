@@ -20,9 +20,9 @@ from lienumba.integrators.layout import (
     SWITCH_ROWS,
     SWITCH_TANGENTS,
     UNILATERAL,
-    Sizes,
     Workspace,
 )
+from lienumba.integrators.sizes import Sizes
 
 DRIVEN = 1e3  # times what is at rest: what holds or touches, and still moves faster after all impulses, is driven
 SLOW = 1e-6  # the same: what leaves no faster than this where something is hit has only been rocked

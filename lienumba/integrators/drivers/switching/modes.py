@@ -31,9 +31,9 @@ from lienumba.integrators.layout import (
     SWITCH_ROWS,
     SWITCH_TANGENTS,
     UNILATERAL,
-    Sizes,
     Workspace,
 )
+from lienumba.integrators.sizes import Sizes
 
 SLIGHT = 1e-9  # of the largest force: what slips or leaves by less does not
 SHARING = 1e3  # times that: what is left of a force that is none where contacts share

@@ -13,7 +13,8 @@ from lienumba.integrators.drivers.event_search import TOUCH
 from lienumba.integrators.drivers.switching.complementarity import FREE, Problem, eliminate
 from lienumba.integrators.drivers.switching.grips import Grips
 from lienumba.integrators.drivers.workspace import Rows
-from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS, Sizes, Workspace
+from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS, Workspace
+from lienumba.integrators.sizes import Sizes
 
 STILL = 1e-9  # of the largest speed of a switch so far: what moves no faster than this is at rest
 SLOW = 1e-7  # the same: what slides slower has no direction of its own

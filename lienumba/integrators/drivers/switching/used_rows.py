@@ -13,9 +13,9 @@ from lienumba.integrators.layout import (
     SWITCH_KIND,
     SWITCH_ROWS,
     UNILATERAL,
-    Sizes,
     Workspace,
 )
+from lienumba.integrators.sizes import Sizes
 
 FIRM, BARE, SHARED, TANGENT, DRY, PHASES = range(6)  # rows, in the order in which they are taken
 ASKED = PHASES  # never taken, but asked what others leave of them

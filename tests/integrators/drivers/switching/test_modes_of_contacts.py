@@ -9,7 +9,8 @@ from lienumba.integrators import layout
 from lienumba.integrators.drivers.switching import complementarity, impacts, modes, reactions
 from lienumba.integrators.drivers.switching.grips import Grips
 from lienumba.integrators.drivers.switching.reactions import Reactions
-from lienumba.integrators.layout import KINETIC, OFF, SLIDE, STATIC, STICK, UNILATERAL, Sizes
+from lienumba.integrators.layout import KINETIC, OFF, SLIDE, STATIC, STICK, UNILATERAL
+from lienumba.integrators.sizes import Sizes
 
 PLANE = 3  # rows of a contact with friction
 

@@ -1,0 +1,1 @@
+"""What is kept of runs as a whole: the kernels that look at signals."""

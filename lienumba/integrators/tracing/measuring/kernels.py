@@ -1,0 +1,101 @@
+"""The kernels that look at signals at one state, and say what the end of a step adds to what is kept."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from math import nan
+
+from lienumba.compiler.emit import Kernel
+from lienumba.compiler.symbols import Graph
+from lienumba.integrators import layout
+from lienumba.integrators.methods.step_ends import Ends, Known, Past, added, matters
+from lienumba.integrators.tracing.measuring.smooth import smooth
+from lienumba.integrators.tracing.observed import observed, reads_observed
+from lienumba.integrators.tracing.tracer import Tracer
+from lienumba.mechanics.elements import quantities
+from lienumba.mechanics.mechanism import kinematics
+from lienumba.mechanics.mechanism.model import INTEGRAL, NONE, Model
+from lienumba.numerics.jets import lift
+from lienumba.numerics.number import Number
+from lienumba.numerics.operations import maximum, where
+
+
+def measure(tracer: Tracer) -> Kernel:
+    """The signals of which something is kept of runs as a whole."""
+    graph, model = tracer.graph()
+    wanted = range(len(quantities.signals(model)))
+    return tracer.kernel("measure", _signals(tracer, graph, model, wanted).values())
+
+
+def keep(tracer: Tracer) -> Kernel:
+    """What the end of a step adds to what is kept of runs, at `out`; extra: what drivers know of lanes, PICKED 1 where
+    a step is over, -1 where it is left before its end. Where what is between its ends may matter, nothing is added, and
+    KEPT_OPEN says so."""
+    graph, model = tracer.graph()
+    t, until, picked = (graph.input("extra", row) for row in (layout.T, layout.UNTIL, layout.PICKED))
+    kept, made = quantities.kept(model), tracer.integrands
+    followed = quantities.followed(model)
+    after = _at_end(tracer, graph, model, followed | quantities.lasting(model))
+    rates = _rates(tracer, graph, model, followed)
+    sizes, ends, rows = tracer.sizes, dict[int, Ends](), dict[int, Number]()
+    length, even = until - t, smooth(tracer, followed - {*rates})
+    lengths = graph.inputs("out", layout.PAST, layout.length_row(sizes))
+    for n, (old, new) in enumerate(zip(lengths, (length, *lengths), strict=False) if even else ()):
+        rows[layout.length_row(sizes) + n] = where(picked == 0.0, old, new)
+    for n in sorted(followed):
+        places = [layout.signal_row(sizes, k) + n for k in (0, layout.CHANGES, layout.EARLIER, layout.RATES)]
+        before, changed, earlier, rate = (graph.input("out", row) for row in places)
+        past = Past((changed, earlier), (length, *lengths))
+        if n in rates:
+            ends[n] = Ends(before, after[n], past, (length * rate, length * rates[n]))
+            rows[places[3]] = where(picked == 0.0, rate, rates[n])
+        else:
+            ends[n] = Ends(before, after[n], past, None, n in even)
+            rows[places[1]] = where(picked == 0.0, changed, ends[n].change)
+            rows |= {places[2]: where(picked == 0.0, earlier, changed)} if n in even else {}
+        rows[places[0]] = where(picked == 0.0, before, after[n])
+    some: Number = 0.0
+    for n, x in enumerate(kept):
+        own = layout.KEPT_ROWS * n
+        known, value, condition = Known(*graph.inputs("out", 4, own)), ends.get(x.value), ends.get(x.condition)
+        gain: Number | None = None
+        if x.kind == INTEGRAL and x.value != NONE:
+            place = made.index(x.value) if x.value in made else NONE
+            gain = nan if place == NONE else graph.input("out", layout.gain_row(sizes) + place)
+        opens = matters(x.kind, known, value, condition, gain)
+        holds, taken = None if condition is None else condition.after, where(opens > 0.0, 0.0, picked)
+        new = added(x.kind, known, after.get(x.value), holds, gain, taken, t, until)
+        places = [layout.KEPT_VALUE, layout.KEPT_TIME, layout.KEPT_TRUE, layout.KEPT_UNDEFINED]
+        rows |= {own + at: y for at, old, y in zip(places, known, new, strict=True) if y is not old}
+        rows[own + layout.KEPT_OPEN] = opens
+        some = opens if n == 0 else maximum(some, opens)
+    rows[layout.open_row(sizes)] = where(picked > 0.0, some, -picked)
+    return replace(tracer.kernel("keep", rows.values(), [*rows]), renews=True)
+
+
+def _rates(tracer: Tracer, graph: Graph, model: Model, wanted: Iterable[int]) -> dict[int, Number]:
+    """The rates of those signals of which they are known at the end of a step."""
+    every = quantities.signals(model)
+    if tracer.sizes.seen:
+        first = layout.seen_row(tracer.sizes)
+        return {n: graph.input("out", first + n) for n in wanted if quantities.has_rate(model, every[n])}
+    now = tracer.now(graph, model)[0].now
+    view = kinematics.moving(kinematics.still(now, tuple(range(len(model.bodies)))))
+    asked = {n: every[n] for n in wanted if quantities.moves(model, every[n])}
+    return {n: lift(quantities.evaluate(model, x, view)).b for n, x in asked.items()}
+
+
+def _at_end(tracer: Tracer, graph: Graph, model: Model, wanted: set[int]) -> dict[int, Number]:
+    """Signals at the end of a step, where F has told those that need accelerations, if it is known there."""
+    every, first = quantities.signals(model), layout.seen_row(tracer.sizes)
+    told = {n for n in wanted if tracer.sizes.seen and reads_observed(model, [every[n]])}
+    return _signals(tracer, graph, model, wanted - told) | {n: graph.input("out", first + n) for n in told}
+
+
+def _signals(tracer: Tracer, graph: Graph, model: Model, wanted: Iterable[int]) -> dict[int, Number]:
+    """Signals of all measures, by their numbers among them."""
+    posture, mask = tracer.now(graph, model, leans=True)
+    asked = {n: x for n, x in enumerate(quantities.signals(model)) if n in wanted}
+    reads = reads_observed(model, asked.values())
+    known = observed(tracer, graph, model, posture, mask)[0] if reads else None
+    everything = kinematics.still(posture.now, tuple(range(len(model.bodies))))
+    return {n: quantities.evaluate(model, x, everything, known) for n, x in asked.items()}
