@@ -29,6 +29,7 @@ from lienumba.integrators.drivers.acting import (
 from lienumba.integrators.drivers.event_search import TOUCH
 from lienumba.integrators.drivers.events import SLIGHT, note
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
+from lienumba.integrators.drivers.measuring.steps import forget_past_of
 from lienumba.integrators.drivers.switching import complementarity, impacts, modes, reactions, used_rows
 from lienumba.integrators.drivers.switching.reactions import Reactions
 from lienumba.integrators.drivers.workspace import Places, Rows
@@ -481,8 +482,7 @@ def _renew(
     note(sizes, first, rows, runs, queue, lane, t)
     rows[own + CHANGED, lane] = 1.0 if again else 0.0
     rows[own + STALE, lane], rows[own + SEEN, lane] = 1.0, -1.0
-    for n in range(layout.PAST if sizes.kept > 0 else 0):
-        rows[first.measures + layout.length_row(sizes) + n, lane] = 0.0
+    forget_past_of(lane, rows, first, sizes)
     rows[first.clock + layout.MEMORY, lane] = 0.0
     if t - rows[own + RECENT, lane] > WINDOW * end:
         rows[own + RECENT, lane], rows[own + MANY, lane] = t, 0.0

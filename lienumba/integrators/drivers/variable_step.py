@@ -37,7 +37,13 @@ from lienumba.integrators.drivers.lane_queue import (
     propose,
     reject,
 )  # fmt: skip
-from lienumba.integrators.drivers.measuring.steps import begin_measures, measure, renew_rates, take_gains
+from lienumba.integrators.drivers.measuring.steps import (
+    begin_measures,
+    forget_past_of,
+    measure,
+    renew_rates,
+    take_gains,
+)
 from lienumba.integrators.drivers.row_selection import WEAKENED
 from lienumba.integrators.drivers.stages import commit
 from lienumba.integrators.drivers.workspace import Places, Rows, addresses
@@ -230,8 +236,7 @@ def _end_on_discontinuity(
             rows[own + STALE, lane] = 1.0
             if sizes.leaping > 0:
                 rows[own + SEEN, lane] = min(rows[own + SEEN, lane], 0.0)
-            for n in range(layout.PAST if sizes.kept > 0 else 0):
-                rows[first.measures + layout.length_row(sizes) + n, lane] = 0.0
+            forget_past_of(lane, rows, first, sizes)
             rows[first.clock + layout.MEMORY, lane] = 0.0
     picked = load(at.lanes, PICKED) != 0.0
     if kernels[layout.SAMPLE] != 0 and any_lane(picked):

@@ -76,11 +76,10 @@ def name_of(key: Hashable) -> str | None:
     """The name of the entry of a key; None where another process could not tell what it means."""
     try:
         elements = _elements(Registry.changes)
-        return (
-            None
-            if elements is None
-            else cache.name_of("\n".join((sources(), elements, *native.cpu(), text_of(key))), "program")
-        )
+        if elements is None:
+            return None
+        said = (sources(), elements, *native.cpu(), str(native.LEVEL), text_of(key))
+        return cache.name_of("\n".join(said), "program")
     except UnknownError:
         return None
 

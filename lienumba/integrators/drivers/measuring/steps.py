@@ -100,6 +100,13 @@ def forget_past(sizes: Sizes, at: Workspace, lanes: Mask) -> None:
         store(at.measures, layout.length_row(sizes) + n, choose(lanes, splat(0.0), length))
 
 
+@inlined
+def forget_past_of(lane: int, rows: Rows, first: Workspace, sizes: Sizes) -> None:
+    """The same of one lane; nothing where nothing is kept."""
+    for n in range(layout.PAST if sizes.kept > 0 else 0):
+        rows[first.measures + layout.length_row(sizes) + n, lane] = 0.0
+
+
 @apart
 def _see(kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lanes, good: Mask, unseen: Mask) -> None:
     """What signals are where a step begins that is not where the last one ended."""
@@ -256,8 +263,7 @@ def begin_measures(kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Work
                 rows[changes + signal, lane] = np.inf
                 rows[rates + signal, lane] = np.nan
         if rows[first.lanes + FRESH, lane] != 0.0:
-            for n in range(layout.PAST):
-                rows[first.measures + layout.length_row(sizes) + n, lane] = 0.0
+            forget_past_of(lane, rows, first, sizes)
     for n in range(sizes.kept):
         kept, kind = first.measures + layout.KEPT_ROWS * n, plan.kept[n, KEPT_KIND]
         value, condition = plan.kept[n, KEPT_SIGNAL], plan.kept[n, KEPT_CONDITION]
