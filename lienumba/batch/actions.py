@@ -16,10 +16,11 @@ from lienumba.integrators.layout import (
     SWITCH_NUMBERS,
 )
 from lienumba.mechanics.elements.events import ENGAGE, LOCK, RELEASE, SET, UNLOCK
-from lienumba.mechanics.elements.quantities import kept
-from lienumba.mechanics.mechanism.model import INTEGRAL, KEPT, NONE, Event, Model
+from lienumba.mechanics.elements.quantities import kept, signals
+from lienumba.mechanics.mechanism.model import INTEGRAL, KEPT, NONE, Event, Law, Model, Timed
 from lienumba.mechanics.system import switches
 from lienumba.mechanics.system.switches import switches_of
+from lienumba.numerics.expressions import Formula
 
 ACTS = {LOCK.name: LOCKS, UNLOCK.name: RELEASES, RELEASE.name: RELEASES, ENGAGE.name: ENGAGES, SET.name: SETS}
 
@@ -44,11 +45,24 @@ def plan(model: Model, held: Sequence[int], integrands: Sequence[int]) -> Plan:
     )
 
 
-def _kept(model: Model, integrands: Sequence[int]) -> list[tuple[int, int, int, int]]:
+def _kept(model: Model, integrands: Sequence[int]) -> list[tuple[int, int, int, int, int]]:
     """What is kept of runs as a whole."""
-    own = [x.value if x.kind == INTEGRAL and x.value in integrands else NONE for x in kept(model)]
-    places = [NONE if n == NONE else integrands.index(n) for n in own]
-    return [(KEPT.index(x.kind), x.value, x.condition, place) for x, place in zip(kept(model), places, strict=True)]
+    found, every = list[tuple[int, int, int, int, int]](), signals(model)
+    for x in kept(model):
+        own = x.kind == INTEGRAL and x.value in integrands
+        condition = None if x.condition == NONE else every[x.condition]
+        event = next((n for n, event in enumerate(model.events) if _alike(event.when, condition)), NONE)
+        found.append((KEPT.index(x.kind), x.value, x.condition, integrands.index(x.value) if own else NONE, event))
+    return found
+
+
+def _alike(one: Timed, other: Timed) -> bool:
+    """Whether two conditions say the same of the same quantities."""
+    if not (isinstance(one, Law) and isinstance(other, Law)):
+        return isinstance(one, Formula) and isinstance(other, Formula) and one.plain == other.plain
+    if not (isinstance(one.function, Formula) and isinstance(other.function, Formula)):
+        return False
+    return one.quantities == other.quantities and one.function.plain == other.function.plain
 
 
 def _needed(model: Model, event: Event) -> int:

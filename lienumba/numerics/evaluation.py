@@ -82,11 +82,11 @@ def _truth(node: ast.AST, names: Names) -> Any:
     raise AssertionError("checked before")
 
 
-def _compared(node: ast.Compare, names: Names) -> list[tuple[type[ast.cmpop], Any, Any]]:
-    """The comparisons in a chain of them, each with both sides."""
+def _compared(node: ast.Compare, names: Names, chooses: bool = True) -> list[tuple[type[ast.cmpop], Any, Any]]:
+    """The comparisons in a chain of them, each with both sides; chooses: whether it is asked on which side t lies."""
     parts = [node.left, *node.comparators]
     within, state = names.get(WITHIN, (names.get("t"), frozenset()))
-    straight = max(degree(x, state) for x in parts) <= 1
+    straight = chooses and max(degree(x, state) for x in parts) <= 1
     sides = [value(x, {**names, "t": within} if straight else names) for x in parts]
     return list(zip(map(type, node.ops), sides, sides[1:], strict=False))
 
@@ -129,7 +129,7 @@ def margin(node: ast.AST, names: Names, holds: bool = True) -> Any:
             return margin(x, names, not holds)
         case ast.Compare():
             margins = []
-            for op, x, y in _compared(node, names):
+            for op, x, y in _compared(node, names, chooses=False):
                 upwards = (op in (ast.Gt, ast.GtE)) == holds
                 difference = x - y if upwards else y - x
                 equal = (op in (ast.GtE, ast.LtE)) == holds

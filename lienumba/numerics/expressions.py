@@ -77,6 +77,11 @@ class Formula:
         written = ast.unparse(_Rewriting(trees).visit(copy.deepcopy(self._tree)))
         return Formula(written, self.allowed.union(names), self.tables, self.condition)
 
+    @property
+    def plain(self) -> str:
+        """Its text as it is written without needless blanks and brackets."""
+        return ast.unparse(self._tree)
+
     def is_line(self, state: frozenset[str]) -> bool:
         """Whether it is a straight line in t, as it is written; state: the names that vary in time, too."""
         return degree(self._tree, state) == 1

@@ -28,7 +28,7 @@ from lienumba.integrators.drivers.acting import (
 )  # fmt: skip
 from lienumba.integrators.drivers.event_search import TOUCH
 from lienumba.integrators.drivers.events import SLIGHT, note
-from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
+from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
 from lienumba.integrators.drivers.measuring.steps import forget_past_of
 from lienumba.integrators.drivers.switching import complementarity, impacts, modes, reactions, used_rows
 from lienumba.integrators.drivers.switching.reactions import Reactions
@@ -467,6 +467,8 @@ def _renew(
         old, new = rows[first.conditions + n, lane], rows[first.following + n, lane]
         turned = n < sizes.events and new > 0.0 and not old > 0.0 and not now
         rows[first.conditions + 2 * count + n, lane] = t if turned else NEVER
+        if turned:
+            keep_state(first, rows, runs, queue, lane, n, first.state)
         if now:
             new = max(new, HOLDS)
         if n >= sizes.events and _decided(sizes, first, rows, lane, n - sizes.events):

@@ -305,7 +305,7 @@ def drive(
                 choose(good, load(at.control, layout.REMEMBERED), load(at.clock, layout.MEMORY)),
             )
         if sizes.kept > 0 and any_lane(good):
-            measure(kernels, sizes, nodes, at, first, rows, plan, good, t, length, until)
+            measure(kernels, sizes, nodes, at, first, rows, plan, good, t, length, until, left < NEVER)
         latest = choose(left < NEVER, until + AT_ONCE * maximum(length, until), until)
         if any_lane(pending(at, good, until, latest)):
             keep_between(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until, latest)

@@ -37,12 +37,12 @@ class Discontinuity:
 
 def discontinuities(model: Model, end: float) -> list[Discontinuity]:
     """The points of tables whose argument is a straight line in t, the times at which such lines are compared, by
-    laws and by events that act, or reach the whole numbers at which functions jump, and the samples of laws, of runs
-    to this end."""
+    laws, measures and events that act, or reach the whole numbers at which functions jump, and the samples of laws, of
+    runs to this end."""
     found = []
-    for formula, numbers, state in _formulas(model):
+    for formula, numbers, state, chooses in _formulas(model):
         lines = [(line, numbers[name].knots) for name, line in formula.table_calls()]
-        lines += [(line, (0.0,)) for line in formula.switches(state)]
+        lines += [(line, (0.0,)) for line in (formula.switches(state) if chooses else [])]
         for line, knots in lines:
             if knots and line.is_line(state | {name for name in numbers if name in formula.tables}):
                 found.append(Discontinuity(np.array(knots), *_line(line, numbers)))
@@ -72,8 +72,9 @@ def _whole_numbers(a: Any, b: Any, end: float) -> np.ndarray:
     return np.arange(np.floor(ends.min()), np.ceil(ends.max()) + 1.0)
 
 
-def _formulas(model: Model) -> Iterator[tuple[Formula, dict[str, Any], frozenset[str]]]:
-    """Every formula that varies in time, its numbers and tables, and the names in it that are no numbers."""
+def _formulas(model: Model) -> Iterator[tuple[Formula, dict[str, Any], frozenset[str], bool]]:
+    """Every formula that varies in time, its numbers and tables, the names in it that are no numbers, and whether
+    something jumps where it compares: the conditions of measures are found where they turn, as those of events are."""
     timed: list[Any] = [*model.gravity, *(q.value for q in model.quantities)]
     timed += [event.when for event in model.events if event.acts]
     for driver in model.drivers:
@@ -81,8 +82,9 @@ def _formulas(model: Model) -> Iterator[tuple[Formula, dict[str, Any], frozenset
     for numbers in (*(force.numbers for force in model.forces), *(q.numbers for q in model.quantities)):
         for x in numbers.values():
             timed += x if isinstance(x, tuple) else (x,)
-    for x in timed:
+    measured = [x for measure in model.measures for x in measure.signals]
+    for n, x in enumerate([*timed, *measured]):
         if isinstance(x, Formula):
-            yield x, {}, frozenset()
+            yield x, {}, frozenset(), n < len(timed) or not x.condition
         elif isinstance(x, Law) and isinstance(x.function, Formula):
-            yield x.function, x.numbers, frozenset(x.quantities)
+            yield x.function, x.numbers, frozenset(x.quantities), n < len(timed) or not x.function.condition

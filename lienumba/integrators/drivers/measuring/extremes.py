@@ -23,7 +23,9 @@ GRID = 32  # places in which an interpolant is looked at
 UNSURE = 0.02  # of what they differ by, an interpolant may be wrong
 NEWTON = 4  # iterations to an extreme of the interpolant
 STEPS = 3  # from there, by what is found
-TRIES = 8  # at parabolas
+WIDER = 6  # steps uphill, each three times as long as the one before
+TRIES = 120  # at parabolas and halves
+FINEST = 2.0**-50  # of a part of a step: what is not divided any more
 ROUNDING = 2.0**-53  # of values: what an extreme is not sought for any more
 
 
@@ -44,8 +46,9 @@ def _enclose(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lanes, low: Lanes, high: Lanes, value: int,
     sign: float, kept: Address, lanes: Mask, x2: Lanes, little: Lanes,
 ) -> None:  # fmt: skip
-    """The extreme next to a place of a part of a step, by parabolas through what is there and beside it; little: what
-    is no gain any more."""
+    """The extreme next to a place of a part of a step: uphill, by longer and longer steps, until it lies between two
+    places, then by parabolas through these, and by halves where they do not lead on; little: what is no gain any more.
+    """
     to, far, near = signals(sizes, at, 0, ELSEWHERE), high - low, 0.5 / GRID
     x2 = minimum(maximum(x2, splat(near)), splat(1.0 - near))
     x1, x3 = x2 - near, x2 + near
@@ -55,25 +58,44 @@ def _enclose(
     f3 = sign * load(to, value)
     look(kernels, sizes, at, t, length, low + x2 * far, to)
     f2 = sign * load(to, value)
-    left, best, where_, gap = lanes, f2, x2, f1 + f2 + f3
-    for _ in range(TRIES):
+    gap = f1 + f2 + f3
+    for _ in range(WIDER):
+        later = lanes & (f3 > f2) & (f3 >= f1) & (x3 < 1.0)
+        earlier = lanes & (f1 > f2) & (f1 > f3) & (x1 > 0.0)
+        if not any_lane(later | earlier):
+            break
+        stride = 2.0 * (x3 - x1)
+        u = choose(later, minimum(x3 + stride, splat(1.0)), choose(earlier, maximum(x1 - stride, splat(0.0)), x2))
+        look(kernels, sizes, at, t, length, low + u * far, to)
+        f = sign * load(to, value)
+        gap = choose(later | earlier, gap + f, gap)
+        x0, f0 = x2, f2
+        x2, f2 = choose(later, x3, choose(earlier, x1, x2)), choose(later, f3, choose(earlier, f1, f2))
+        x1, f1 = choose(later, x0, choose(earlier, u, x1)), choose(later, f0, choose(earlier, f, f1))
+        x3, f3 = choose(later, u, choose(earlier, x0, x3)), choose(later, f, choose(earlier, f0, f3))
+    left, best, where_ = lanes & (f2 >= f1) & (f2 >= f3), maximum(maximum(f1, f2), f3), x2
+    where_ = choose(f1 == best, x1, choose(f3 == best, x3, x2))
+    wide = x3 - x1
+    for n in range(TRIES):
         bend = (x2 - x1) * (f2 - f3) + (x3 - x2) * (f2 - f1)
         shift = 0.5 * ((x3 - x2) * (x3 - x2) * (f2 - f1) - (x2 - x1) * (x2 - x1) * (f2 - f3))
         u = x2 + choose(bend > 0.0, shift / choose(bend > 0.0, bend, 1.0), 0.0)
         gained = bend * (u - x2) * (u - x2)
-        left = left & (u > x1) & (u < x3)
-        left = left & (gained > little * (x2 - x1) * (x3 - x2) * (x3 - x1))
+        inside = (bend > 0.0) & (u > x1) & (u < x3)
+        done = inside & (choose(gained > little * (x2 - x1) * (x3 - x2) * (x3 - x1), 1.0, 0.0) == 0.0)
+        left = left & (choose(done, 1.0, 0.0) == 0.0) & (x3 - x1 > FINEST)
         if not any_lane(left):
             break
-        u = choose(left, u, x2)
+        if n % 2 == 1:
+            inside = inside & (x3 - x1 < 0.5 * wide)
+            wide = x3 - x1
+        halved = choose(x3 - x2 > x2 - x1, 0.5 * (x2 + x3), 0.5 * (x1 + x2))
+        u = choose(left, choose(inside & (u != x2), u, halved), x2)
         look(kernels, sizes, at, t, length, low + u * far, to)
         f = choose(left, sign * load(to, value), f2)
         higher, later = f > f2, u > x2
         x1, f1 = choose(left & higher & later, x2, x1), choose(left & higher & later, f2, f1)
-        x3, f3 = (
-            choose(left & higher & (u < x2), x2, x3),
-            choose(left & higher & (u < x2), f2, f3),
-        )
+        x3, f3 = choose(left & higher & (u < x2), x2, x3), choose(left & higher & (u < x2), f2, f3)
         lower = left & (f <= f2)
         x1, f1 = choose(lower & (u < x2), u, x1), choose(lower & (u < x2), f, f1)
         x3, f3 = choose(lower & later, u, x3), choose(lower & later, f, f3)

@@ -10,6 +10,7 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
+from lienumba.integrators.drivers.acting import HOLDS
 from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.drivers.measuring.keeping import keep_over, keep_parts
 from lienumba.integrators.drivers.measuring.points import (
@@ -31,6 +32,7 @@ from lienumba.integrators.layout import (
     KEEPS_FIRST,
     KEEPS_LAST,
     KEPT_CONDITION,
+    KEPT_EVENT,
     KEPT_KIND,
     KEPT_OPEN,
     KEPT_SIGNAL,
@@ -120,15 +122,30 @@ def _see(kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lan
 
 
 @apart
+def _come_true(sizes: Sizes, at: Workspace, plan: Plan, until: Lanes, lanes: Mask) -> None:
+    """Where an event leaves a step, its condition is true in what is measured, too, also where it is not by rounding:
+    behind that it might never be."""
+    end = signals(sizes, at, 0, POINTS - 1)
+    for n in range(sizes.kept):
+        event, condition = plan.kept[n, KEPT_EVENT], plan.kept[n, KEPT_CONDITION]
+        if event >= 0:
+            now = load(end, condition)
+            happens = lanes & (load(at.conditions, 2 * layout.conditions(sizes) + event) <= until) & (now <= 0.0)
+            store(end, condition, choose(happens, splat(HOLDS), now))
+
+
+@apart
 def _look_into(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, plan: Plan,
     good: Mask, t: Lanes, length: Lanes, until: Lanes, closed: bool,
 ) -> None:  # fmt: skip
     """Keep what has to be of a step in the lanes `good`, of what its ends do not say everything of."""
-    cut = until < load(at.lanes, UNTIL)
-    whole = choose(cut, (until - t) / length, 1.0)
+    cut = load(at.lanes, PICKED) < 0.0
+    whole = choose(until < load(at.lanes, UNTIL), (until - t) / length, 1.0)
     _open(kernels, sizes, nodes, at, t, length, closed)
     look_along(kernels, sizes, at, t, length, splat(0.0), whole, 0)
+    if any_lane(good & cut):
+        _come_true(sizes, at, plan, until, good & cut)
     for n in range(sizes.kept):
         opens = good & (cut | (load(at.measures + ROW * layout.KEPT_ROWS * n, KEPT_OPEN) != 0.0))
         if any_lane(opens):
@@ -171,16 +188,17 @@ def _keep(kernels: np.ndarray, sizes: Sizes, at: Workspace, new: Address) -> Non
 @inlined
 def measure(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, plan: Plan,
-    good: Mask, t: Lanes, length: Lanes, until: Lanes,
+    good: Mask, t: Lanes, length: Lanes, until: Lanes, leaves: Mask,
 ) -> None:  # fmt: skip
-    """Keep what has to be of the open step in the lanes `good`, which are left at `until`. The clock stays as it is.
-    Whether the step is looked into is a matter of each lane, and of each thing that is kept."""
+    """Keep what has to be of the open step in the lanes `good`, which are left at `until`; leaves: those in which an
+    event is why. The clock stays as it is. Whether the step is looked into is a matter of each lane, and of each thing
+    that is kept."""
     now, end = load(at.clock, layout.TIME), load(at.lanes, UNTIL)
     unseen = good & (load(at.lanes, SEEN) <= 0.0)
     if any_lane(unseen):
         _see(kernels, sizes, at, t, length, good, unseen)
     store(at.clock, layout.TIME, end)
-    store(at.lanes, PICKED, choose(good, choose(until < end, splat(-1.0), 1.0), 0.0))
+    store(at.lanes, PICKED, choose(good, choose(leaves, splat(-1.0), 1.0), 0.0))
     _keep(kernels, sizes, at, at.new)
     if any_lane(load(at.measures, layout.open_row(sizes)) != 0.0):
         _look_into(kernels, sizes, nodes, at, first, rows, plan, good, t, length, until, False)
