@@ -25,6 +25,7 @@ NEWTON = 4  # iterations to an extreme of the interpolant
 STEPS = 3  # from there, by what is found
 WIDER = 6  # steps uphill, each three times as long as the one before
 TRIES = 120  # at parabolas and halves
+PATIENCE, NOISE = 16, 2.0**13  # tries, behind which what differs by so many times the rounding is noise
 FINEST = 2.0**-50  # of a part of a step: what is not divided any more
 ROUNDING = 2.0**-53  # of values: what an extreme is not sought for any more
 
@@ -84,6 +85,8 @@ def _enclose(
         inside = (bend > 0.0) & (u > x1) & (u < x3)
         done = inside & (choose(gained > little * (x2 - x1) * (x3 - x2) * (x3 - x1), 1.0, 0.0) == 0.0)
         left = left & (choose(done, 1.0, 0.0) == 0.0) & (x3 - x1 > FINEST)
+        if n >= PATIENCE:
+            left = left & (maximum(f2 - f1, f2 - f3) > NOISE * little)
         if not any_lane(left):
             break
         if n % 2 == 1:
