@@ -165,7 +165,7 @@ def _advance(
                     stages.staged_step(kernels, sizes, nodes, 0, x, p, places.new, at)
                 if measured and sizes.integrands > 0:
                     made = places.new + ROW * layout.first_slope(sizes)
-                    take_gains(kernels, sizes, at, x, load(lanes, T), made)
+                    take_gains(kernels, sizes, at, x, made)
                 store(clock, layout.TIME, load(lanes, UNTIL))
                 code = load(places.new, rows + layout.CODE)
                 margin = load(places.new, rows + layout.MARGIN)

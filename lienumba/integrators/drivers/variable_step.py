@@ -160,9 +160,8 @@ def _try(
         call(kernels[layout.STEP], x, p, at.clock, at.slopes, new, at.work)
     else:
         stages.staged_step(kernels, sizes, nodes, 1 if adaptive else 0, x, p, new, at)
-    if sizes.integrands > 0:
-        made = at.slopes + ROW * layout.quadrature_row(sizes)
-        take_gains(kernels, sizes, at, x, load(lanes, T), made)
+    if sizes.integrands > 0 and not adaptive:
+        take_gains(kernels, sizes, at, x, at.slopes + ROW * layout.quadrature_row(sizes))
     if kernels[layout.DEFECT] != 0:
         call(kernels[layout.DEFECT], x, p, at.clock, at.slopes, at.slopes, at.work)
     trial = lanes + ROW * TRIAL
@@ -184,6 +183,8 @@ def _try(
     sound = load(at.slopes, layout.report_row(sizes, sizes.slopes - 1) + layout.SOUND) > 0.0
     store(trial, 0, choose(sound, load(trial, 0), choose(load(trial, 0) == 0.0, splat(codes.SINGULAR), load(trial, 0))))
     call(kernels[layout.CLOSE], x, p, at.clock, new, at.control, at.work)
+    if sizes.integrands > 0:
+        take_gains(kernels, sizes, at, x, at.slopes)
     if kernels[layout.CLOSE_ALONG] != 0:
         margin = layout.report_row(sizes, 0) + layout.STAGE_MARGIN
         weak = (load(at.slopes, margin) < WEAK) | (load(last, margin) < WEAK)

@@ -57,20 +57,20 @@ def kind_error_square(estimates: Sequence[Vector], kind: int, sizes: Sequence[Ve
     if sizes:
         before, after = (sum((c * c for c in x), start=zero) for x in sizes)
         allowed = allowed + tolerance[0] * sqrt(maximum(before, after))
-    return _joined(tuple(sum((c * c for c in z), start=zero) / (allowed * allowed) for z in estimates))
+    return joined(tuple(sum((c * c for c in z), start=zero) / (allowed * allowed) for z in estimates))
 
 
 def state_error_square(estimates: Vector, x: Number, y: Number, tolerance: Vector) -> Number:
     """The same of one state of a law: numbers instead of rows."""
     allowed = tolerance[-1] + tolerance[0] * maximum(absolute(x), absolute(y))
-    return _joined(tuple(z * z / (allowed * allowed) for z in estimates))
+    return joined(tuple(z * z / (allowed * allowed) for z in estimates))
 
 
 def work_error_square(estimates: Vector, x: Number, y: Number, kinetic: Number, tolerance: Vector) -> Number:
     """The same of the work (J) before and after the step, with the kinetic energy (J) behind it: what the relative
     tolerance allows of all velocities is twice as much of that."""
     allowed = tolerance[-1] + tolerance[0] * (2.0 * kinetic + maximum(absolute(x), absolute(y)))
-    return _joined(tuple(z * z / (allowed * allowed) for z in estimates))
+    return joined(tuple(z * z / (allowed * allowed) for z in estimates))
 
 
 def worst(squares: Sequence[Number]) -> Number:
@@ -81,7 +81,7 @@ def worst(squares: Sequence[Number]) -> Number:
     return where(total < HUGE, largest, HUGE)
 
 
-def _joined(squares: Vector) -> Number:
+def joined(squares: Vector) -> Number:
     """One estimate from two of different order (Hairer, Norsett and Wanner, eq. II.10.17)."""
     if len(squares) == 1:
         return squares[0]

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import reduce
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
@@ -10,6 +12,7 @@ from lienumba.integrators import layout
 from lienumba.integrators.codes import PARADOX, verdict
 from lienumba.integrators.methods import munthe_kaas
 from lienumba.integrators.methods.charts import Chart, Coordinates
+from lienumba.integrators.methods.step_control import joined
 from lienumba.integrators.tracing.measuring.signals import Signals
 from lienumba.integrators.tracing.tracer import Tracer, flat
 from lienumba.mechanics.elements import quantities
@@ -17,7 +20,7 @@ from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import dynamics
 from lienumba.numerics.number import Number, Vector
-from lienumba.numerics.operations import maximum, minimum, where
+from lienumba.numerics.operations import absolute, maximum, minimum, where
 
 INLINE = 6000  # operations of all stages up to which a step is traced as a whole; beyond, it calls the stages
 VectorField = Callable[[Sequence[State], Number], Sequence[Algebra]]
@@ -59,6 +62,7 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
         kernels |= {"quadrature": _quadrature(tracer)} if tracer.integrands else {}
         return kernels | _combinations(tracer, used if tracer.method.extended else used[: count - 1])
     kernels = {"step": _inline(tracer, queued)}
+    kernels |= {"quadrature": _quadrature(tracer)} if tracer.integrands and tracer.method.adaptive else {}
     if not tracer.method.extended:
         return kernels
     kernels |= {"stage": stage} if tracer.tableau.more else {}
@@ -105,8 +109,7 @@ def _inline(tracer: Tracer, opened: bool) -> Kernel:
         code = where(sound < 0.0, PARADOX, code)
     after = augmented_after(tracer, model, augmented, tracer.posture(model, new, augmented, t + h).now, h, reports)
     outputs = [*flat(new), *after, code, *(reports.margin[:1] if tracer.augmented.masks else [])]
-    known = [_known_integrands(tracer, graph, 0)] if first else []
-    integrals = _integrals(tracer, h, [*known, *(x.integrands for x in reports.signals)])
+    integrals = [] if first else _integrals(tracer, h, [x.integrands for x in reports.signals])
     rows, behind = list(range(len(outputs))), layout.first_slope(sizes)
     place = behind + (layout.quadrature_row(sizes) if queued else 0)
     outputs, rows = [*outputs, *integrals], [*rows, *(place + n for n in range(len(integrals)))]
@@ -118,26 +121,38 @@ def _inline(tracer: Tracer, opened: bool) -> Kernel:
             rows += [behind + layout.slope_row(sizes, i, s) + c for c in range(sizes.coordinates)]
         outputs += reports.power[s : s + 1]
         rows += [behind + layout.report_row(sizes, s) + layout.POWER] if reports.power else []
+        if first:
+            outputs += reports.signals[s - 1].integrands
+            rows += [behind + layout.said_row(sizes, n, s) for n in range(len(tracer.integrands))]
     return tracer.kernel("step" if queued or not opened else "slopes", outputs, rows)
-
-
-def _known_integrands(tracer: Tracer, graph: Graph, stage: int) -> list[Number]:
-    """The same as a stage has said it; extra: the slopes."""
-    rows = (layout.said_row(tracer.sizes, n, stage) for n in range(len(tracer.integrands)))
-    return [graph.input("extra", row) for row in rows]
 
 
 def _integrals(tracer: Tracer, h: Number, stages: Sequence[Sequence[Number]]) -> list[Number]:
     """What they integrate to in a step, of what they are in its stages."""
-    used = [(h * float(b), x) for b, x in zip(tracer.tableau.b, stages, strict=False) if b]
-    return [sum(w * x[n] for w, x in used) for n in range(len(tracer.integrands))]
+    return [_weighted(h, tracer.tableau.b, [x[n] for x in stages]) for n in range(len(tracer.integrands))]
+
+
+def _weighted(h: Number, weights: Iterable[Fraction], numbers: Sequence[Number]) -> Number:
+    zero: Number = 0.0
+    return sum(((h * float(b)) * x for b, x in zip(weights, numbers, strict=False) if b), start=zero)
 
 
 def _quadrature(tracer: Tracer) -> Kernel:
-    """The same from what all stages have said; extra: the slopes."""
+    """The same from what all stages have said, and where a tolerance chooses steps the square of how wrong each may
+    be, and what it would be if all stages were as large as the largest; extra: the slopes."""
     graph, _ = tracer.graph()
-    stages = [_known_integrands(tracer, graph, s) for s in range(tracer.sizes.stages)]
-    return tracer.kernel("quadrature", _integrals(tracer, _clock(graph)[1], stages))
+    h, sizes, every = _clock(graph)[1], tracer.sizes, range(len(tracer.integrands))
+    last = [sizes.slopes - 1] if tracer.method.adaptive else []
+    places = [*range(sizes.stages), *last]
+    said = [[graph.input("extra", layout.said_row(sizes, n, s)) for n in every] for s in places]
+    outputs = _integrals(tracer, h, said)
+    for n in every if last else ():
+        mine = [x[n] for x in said]
+        errors = (_weighted(h, row, mine) for row in tracer.tableau.errors)
+        outputs.append(joined(tuple(x * x for x in errors)))
+    used = [x for x, b in zip(said, tracer.tableau.b, strict=False) if b]
+    outputs += [h * reduce(maximum, [absolute(x[n]) for x in used]) for n in every if last]
+    return tracer.kernel("quadrature", outputs)
 
 
 def _stage(tracer: Tracer, first: bool) -> Kernel:

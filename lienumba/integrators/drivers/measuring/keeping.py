@@ -13,6 +13,7 @@ from lienumba.integrators import layout
 from lienumba.integrators.drivers.event_search import finest_part, locate
 from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.drivers.measuring.extremes import keep_extreme
+from lienumba.integrators.drivers.measuring.integrals import gain, mean_over
 from lienumba.integrators.drivers.measuring.points import (
     fraction_of,
     look,
@@ -31,7 +32,6 @@ from lienumba.integrators.layout import (
     KEEPS_LAST,
     KEPT_CONDITION,
     KEPT_KIND,
-    KEPT_QUADRATURE,
     KEPT_SIGNAL,
     KEPT_TIME,
     KEPT_UNDEFINED,
@@ -42,19 +42,7 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
-from lienumba.numerics.operations import maximum
-
-OUTER, INNER = 0.05, 49.0 / 180.0  # Lobatto's weights on a step of length 1, and in the middle:
-CENTRE = 16.0 / 45.0
-
-
-@inlined
-def gain(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Lanes:
-    """What the step itself says that it adds to an integral, NaN where it does not."""
-    place = plan.kept[n, KEPT_QUADRATURE]
-    if place < 0:
-        return splat(np.nan)
-    return load(at.measures, layout.gain_row(sizes) + place)
+from lienumba.numerics.operations import absolute, maximum
 
 
 @apart
@@ -67,13 +55,14 @@ def keep_over(
     begin, end = time_of(at, t, length, low), time_of(at, t, length, high)
     if kind == INTEGRATES:
         if value >= 0:
-            a, e = load(signals(sizes, at, part, 0), value), load(signals(sizes, at, part, 4), value)
-            b, d = load(signals(sizes, at, part, 1), value), load(signals(sizes, at, part, 3), value)
-            mean = OUTER * (a + e) + INNER * (b + d) + CENTRE * load(signals(sizes, at, part, 2), value)
-            known, gained = load(kept, KEPT_VALUE), mean * (end - begin)
+            known, gained = load(kept, KEPT_VALUE), splat(np.nan)
             if part == 0:
-                stepped = gain(sizes, at, plan, n)
-                gained = choose((high == 1.0) & (stepped == stepped), stepped, gained)
+                gained = choose(high == 1.0, gain(sizes, at, plan, n), np.nan)
+            asked = lanes & (choose(gained == gained, 0.0, 1.0) == 1.0)
+            if any_lane(asked):
+                scale = absolute(known) / (end - begin)
+                mean = mean_over(kernels, sizes, at, t, length, low, high, part, value, scale, asked)
+                gained = choose(asked, mean * (end - begin), gained)
             store(kept, KEPT_VALUE, choose(lanes, known + gained, known))
         store(kept, KEPT_TIME, choose(lanes, load(kept, KEPT_TIME) + (end - begin), load(kept, KEPT_TIME)))
     elif KEEPS_FIRST <= kind <= KEEPS_LAST:

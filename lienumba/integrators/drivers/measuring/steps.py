@@ -206,14 +206,11 @@ def measure(
 
 
 @inlined
-def take_gains(kernels: np.ndarray, sizes: Sizes, at: Workspace, x: Address, t: Lanes, made: Address) -> None:
+def take_gains(kernels: np.ndarray, sizes: Sizes, at: Workspace, x: Address, made: Address) -> None:
     """What a step from x has just said that signals integrate to, at `made` or by its slopes."""
     to = at.measures + ROW * layout.gain_row(sizes)
     if kernels[layout.QUADRATURE] != 0:
-        now = load(at.clock, layout.TIME)
-        store(at.clock, layout.TIME, t)
         call(kernels[layout.QUADRATURE], x, at.parameters, at.clock, at.slopes, to, at.work)
-        store(at.clock, layout.TIME, now)
     else:
         stages.copy(to, made, sizes.integrands)
 

@@ -1,7 +1,8 @@
 """The kernels that look at signals at one state, and say what the end of a step adds to what is kept."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import reduce
 from math import nan
 
 from lienumba.compiler.emit import Kernel
@@ -13,10 +14,12 @@ from lienumba.integrators.tracing.observed import observed, reads_observed
 from lienumba.integrators.tracing.tracer import Tracer
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.model import INTEGRAL, NONE, Model
+from lienumba.mechanics.mechanism.model import INTEGRAL, NONE, Kept, Model
 from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number
-from lienumba.numerics.operations import maximum, where
+from lienumba.numerics.operations import absolute, maximum, where
+
+NEARER = 10.0  # times, or more, is a sum than the estimate of its error says, which is of a lower order
 
 
 def measure(tracer: Tracer) -> Kernel:
@@ -53,14 +56,16 @@ def keep(tracer: Tracer) -> Kernel:
             rows[places[1]] = where(picked == 0.0, changed, ends[n].change)
             rows |= {places[2]: where(picked == 0.0, earlier, changed)} if n in even else {}
         rows[places[0]] = where(picked == 0.0, before, after[n])
+    gains = _gains(tracer, graph, kept)
+    if tracer.method.adaptive:
+        rows |= {layout.gain_row(sizes) + made.index(n): gain for n, gain in gains.items()}
     some: Number = 0.0
     for n, x in enumerate(kept):
         own = layout.KEPT_ROWS * n
         known, value, condition = Known(*graph.inputs("out", 4, own)), ends.get(x.value), ends.get(x.condition)
         gain: Number | None = None
         if x.kind == INTEGRAL and x.value != NONE:
-            place = made.index(x.value) if x.value in made else NONE
-            gain = nan if place == NONE else graph.input("out", layout.gain_row(sizes) + place)
+            gain = gains.get(x.value, nan)
         opens = matters(x.kind, known, value, condition, gain)
         holds, taken = None if condition is None else condition.after, where(opens > 0.0, 0.0, picked)
         new = added(x.kind, known, after.get(x.value), holds, gain, taken, t, until)
@@ -70,6 +75,22 @@ def keep(tracer: Tracer) -> Kernel:
         some = opens if n == 0 else maximum(some, opens)
     rows[layout.open_row(sizes)] = where(picked > 0.0, some, -picked)
     return replace(tracer.kernel("keep", rows.values(), [*rows]), renews=True)
+
+
+def _gains(tracer: Tracer, graph: Graph, kept: Sequence[Kept]) -> dict[int, Number]:
+    """What the step says that it adds to the integrals of signals, by their numbers; NaN where a tolerance chooses
+    steps, and this is not as exact as that would demand of a state of which it were the change."""
+    gains, first, apart = dict[int, Number](), layout.gain_row(tracer.sizes), tracer.sizes.integrands
+    for place, signal in enumerate(tracer.integrands):
+        gains[signal] = graph.input("out", first + place)
+        if tracer.method.adaptive:
+            square, most = (graph.input("out", first + n * apart + place) for n in (1, 2))
+            mine = (n for n, x in enumerate(kept) if x.kind == INTEGRAL and x.value == signal)
+            known = (graph.input("out", layout.KEPT_ROWS * n + layout.KEPT_VALUE) for n in mine)
+            largest = reduce(maximum, (absolute(x) for x in known), most)
+            allowed = NEARER * graph.input("clock", layout.TOLERANCE) * largest
+            gains[signal] = where(square <= allowed * allowed, gains[signal], nan)
+    return gains
 
 
 def _rates(tracer: Tracer, graph: Graph, model: Model, wanted: Iterable[int]) -> dict[int, Number]:
