@@ -16,8 +16,8 @@ from lienumba.integrators.layout import (
     SWITCH_NUMBERS,
 )
 from lienumba.mechanics.elements.events import ENGAGE, LOCK, RELEASE, SET, UNLOCK
-from lienumba.mechanics.elements.quantities import kept, signals
-from lienumba.mechanics.mechanism.model import INTEGRAL, KEPT, NONE, Event, Law, Model, Timed
+from lienumba.mechanics.elements.quantities import kept, signals, turning
+from lienumba.mechanics.mechanism.model import INTEGRAL, KEPT, LARGEST, NONE, SMALLEST, Event, Law, Model, Timed
 from lienumba.mechanics.system import switches
 from lienumba.mechanics.system.switches import switches_of
 from lienumba.numerics.expressions import Formula
@@ -45,14 +45,29 @@ def plan(model: Model, held: Sequence[int], integrands: Sequence[int]) -> Plan:
     )
 
 
-def _kept(model: Model, integrands: Sequence[int]) -> list[tuple[int, int, int, int, int]]:
+def _kept(model: Model, integrands: Sequence[int]) -> list[tuple[int, ...]]:
     """What is kept of runs as a whole."""
-    found, every = list[tuple[int, int, int, int, int]](), signals(model)
+    found, every, bends = list[tuple[int, ...]](), signals(model), turning(model)
     for x in kept(model):
         own = x.kind == INTEGRAL and x.value in integrands
         condition = None if x.condition == NONE else every[x.condition]
         event = next((n for n, event in enumerate(model.events) if _alike(event.when, condition)), NONE)
-        found.append((KEPT.index(x.kind), x.value, x.condition, integrands.index(x.value) if own else NONE, event))
+        value = bends.get(x.value, range(0)) if x.kind in (INTEGRAL, LARGEST, SMALLEST) else range(0)
+        turns = bends.get(x.condition, range(0))
+        quadrature = integrands.index(x.value) if own else NONE
+        found.append(
+            (
+                KEPT.index(x.kind),
+                x.value,
+                x.condition,
+                quadrature,
+                event,
+                value.start,
+                len(value),
+                turns.start,
+                len(turns),
+            )
+        )
     return found
 
 

@@ -73,17 +73,21 @@ RESTITUTION, STATIC, KINETIC, REST_SPEED, STATIC_EFFORT, KINETIC_EFFORT, SIZE, S
 ACTION, TARGET, TARGETS, VALUE, ONCE, NEEDS, ACT_NUMBERS = range(7)
 RECORDS, LOCKS, ENGAGES, RELEASES, SETS = range(5)
 # What is kept of a run as a whole: how, of which signal while which other one is above 0 (-1: of none, always), which
-# of the integrals that a step makes itself it is, and of which event it has the condition (-1: of none); and the rows
-# of each: the value, its time (s), NaN as long as there is none, whether the condition held where the last step ended,
-# whether it cannot be known, because something was undefined, and whether what is between the ends of this step may
-# change it. Signals are known in POINTS of a step, of a part of it, and ELSEWHERE; behind that, by how much each
-# changed in the last step (CHANGES) and in the one before (EARLIER), and its rate at the end of that, NaN where it is
-# not known (RATES).
-KEPT_KIND, KEPT_SIGNAL, KEPT_CONDITION, KEPT_QUADRATURE, KEPT_EVENT, KEPT_NUMBERS = range(6)
+# of the integrals that a step makes itself it is, of which event it has the condition (-1: of none), and the first
+# signal, and how many, at whose zeros its own bends, and those of its condition; and the rows of each: the value, its
+# time (s), NaN as long as there is none, whether the condition held where the last step ended, whether it cannot be
+# known, because something was undefined, and whether what is between the ends of this step may change it. Signals are
+# known in POINTS of a step, of a piece of it, of a part of that, and ELSEWHERE; behind that, by how much each changed
+# in the last step (CHANGES) and in the one before (EARLIER), and its rate at the end of that, NaN where it is not known
+# (RATES).
+(
+    KEPT_KIND, KEPT_SIGNAL, KEPT_CONDITION, KEPT_QUADRATURE, KEPT_EVENT, KEPT_BEND, KEPT_BENDS,
+    KEPT_TURN, KEPT_TURNS, KEPT_NUMBERS,
+) = range(10)  # fmt: skip
 LARGEST, SMALLEST, INTEGRATES, KEEPS_FIRST, KEEPS_LAST, COUNTS = range(6)
 KEPT_VALUE, KEPT_TIME, KEPT_TRUE, KEPT_UNDEFINED, KEPT_OPEN, KEPT_ROWS = range(6)
 POINTS = 5
-ELSEWHERE, CHANGES, EARLIER, RATES = range(2 * POINTS, 2 * POINTS + 4)
+ELSEWHERE, CHANGES, EARLIER, RATES = range(3 * POINTS, 3 * POINTS + 4)
 PAST = 2  # steps whose lengths (s) are known, 0 where they say nothing of what follows
 OPENS, SLIDES, CONDITIONS = range(3)  # conditions of each switch; see `event_kernels`
 

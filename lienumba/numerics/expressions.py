@@ -9,7 +9,7 @@ import copy
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import Any
 
 from lienumba.numerics import evaluation
@@ -110,6 +110,21 @@ class Formula:
         return not self._calls(KINKED)
 
     @property
+    def bends(self) -> "tuple[Formula, ...] | None":
+        """Numbers at whose zeros it may have, as it is written, a kink or a jump, and nowhere else; None if there are
+        no such ones."""
+        if self._calls(WHOLE):
+            return None
+        alone = isinstance(self._tree, ast.Compare) and len(self._tree.ops) == 1  # itself the margin of the condition
+        nodes = [node for node in ast.walk(self._tree) if not (alone and node is self._tree)]
+        found = {ast.unparse(x): x for node in nodes for x in _bends(node)}
+        moving = [text for text, x in found.items() if any(dotted(y) in self.used for y in ast.walk(x))]
+        try:
+            return tuple(Formula(text, self.allowed, self.tables) for text in moving)
+        except ExpressionError:  # longer than formulas may be
+            return None
+
+    @property
     def leaps(self) -> bool:
         """Whether it may jump at some time, as it is written, where what it reads does not."""
         return ("t" in self.used or bool(self.used & self.tables)) and self._calls(JUMPING)
@@ -154,6 +169,21 @@ class Formula:
             for n in calls
             if isinstance(n.func, ast.Name) and n.func.id in self.tables
         ]
+
+
+def _bends(node: ast.AST) -> list[ast.expr]:
+    """The numbers at whose zeros a node itself has a kink or a jump."""
+    pairs: Iterable[tuple[ast.expr, ast.expr]] = ()
+    match node:
+        case ast.Call(func=ast.Name(id="abs" | "sign"), args=args):
+            return list(args)
+        case ast.Call(func=ast.Name(id="min" | "max"), args=args):
+            pairs = combinations(args, 2)
+        case ast.Call(func=ast.Name(id="clip"), args=[x, low, high]):
+            pairs = [(x, low), (x, high)]
+        case ast.Compare(left=x, comparators=others):
+            pairs = pairwise([x, *others])
+    return [ast.BinOp(x, ast.Sub(), y) for x, y in pairs]
 
 
 class _Replacing(ast.NodeTransformer):

@@ -3,6 +3,7 @@
 Plain functions of numbers; whether something is so is 1 or 0.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -75,6 +76,11 @@ class Ends:
         low, high = self._rate_ends
         return maximum(high, -low) + (high - low) + (self.most - self.least)
 
+    def if_it_crosses(self, yes: Number, no: Number) -> Any:
+        """One of two numbers: whether it may be on both sides of 0."""
+        reach = self.if_it_turns(self.reach, 0.0)
+        return where(self.least >= reach, no, where(self.most <= -reach, no, yes))
+
     def if_it_turns(self, yes: Number, no: Number) -> Any:
         """One of two numbers: whether it may turn between the ends. It does not where its rates there are at least half
         of the mean one, and at most twice that: what oscillates once in a step is never so even. Without rates, it does
@@ -95,15 +101,20 @@ class Known(NamedTuple):
     undefined: Number
 
 
-def matters(kind: str, known: Known, value: Ends | None, condition: Ends | None, gain: Number | None) -> Number:
+def matters(
+    kind: str, known: Known, value: Ends | None, condition: Ends | None, gain: Number | None,
+    bends: Sequence[Ends] = (), turns: Sequence[Ends] = (),
+) -> Number:  # fmt: skip
     """Whether what is between the ends may change what is kept of a value while a condition holds; gain: what the step
-    itself says that the value integrates to, NaN where it does not."""
+    itself says that the value integrates to, NaN where it does not; bends, turns: at whose zeros the value, and the
+    condition, bends."""
     found: Number = 0.0
+    bent, turned = (_any_crosses(every) for every in (bends, turns))
     if condition is not None:
         reach = condition.if_it_turns(condition.reach, 0.0)
-        found = where(condition.least > reach, 0.0, 1.0)
+        found = _where(turned, 1.0, where(condition.least > reach, 0.0, 1.0))
     if kind == INTEGRAL and gain is not None:
-        found = where(gain == gain, found, 1.0)
+        found = where(gain == gain, _where(bent, 1.0, found), 1.0)
     elif kind == FIRST:
         found = where(known.time == known.time, 0.0, 1.0)
     elif kind == COUNT:
@@ -112,11 +123,24 @@ def matters(kind: str, known: Known, value: Ends | None, condition: Ends | None,
         assert value is not None, "of something"
         begin, end = (value.before, value.most) if kind == LARGEST else (-value.before, -value.least)
         most = known.value if kind == LARGEST else -known.value
-        found = where(value.if_it_turns(end + value.reach, begin) <= most, found, 1.0)
+        beyond = _where(bent, end + FARTHEST * value.reach, value.if_it_turns(end + value.reach, begin))
+        found = where(beyond <= most, found, 1.0)
     if condition is None:
         return found
     never = condition.most < -reach if condition.rates is None else condition.most <= -reach
-    return where(never, 0.0, found)
+    return _where(turned, found, where(never, 0.0, found))
+
+
+def _any_crosses(every: Sequence[Ends]) -> Number | None:
+    """Whether one of them may be on both sides of 0; None without any."""
+    found: Number = 0.0
+    for ends in every:
+        found = ends.if_it_crosses(1.0, found)
+    return found if every else None
+
+
+def _where(flag: Number | None, yes: Number, no: Number) -> Any:
+    return no if flag is None else where(flag > 0.0, yes, no)
 
 
 def added(

@@ -72,7 +72,7 @@ def look(
 
 @inlined
 def signals(sizes: Sizes, at: Workspace, part: int, k: int) -> Address:
-    """Where all signals are in a point: of the step (part 0), or of a part of it (1)."""
+    """Where all signals are in a point: of the step (part 0), of a piece of it (1), or of a part of that (2)."""
     return at.measures + ROW * layout.signal_row(sizes, POINTS * part + k)
 
 
@@ -85,8 +85,8 @@ def look_along(
 
 
 @inlined
-def value_of(sizes: Sizes, at: Workspace, signal: int, k: int) -> Lanes:
-    return load(signals(sizes, at, 0, k), signal)
+def value_of(sizes: Sizes, at: Workspace, part: int, signal: int, k: int) -> Lanes:
+    return load(signals(sizes, at, part, k), signal)
 
 
 @inlined
@@ -111,33 +111,28 @@ def rise(s: Lanes, o: Lanes, p: Lanes, q: Lanes, r: Lanes) -> Lanes:
 
 
 @inlined
-def may_turn(sizes: Sizes, at: Workspace, condition: int) -> Mask:
-    """Where the interpolant of a condition may be on both sides of 0."""
-    least, most = value_of(sizes, at, condition, 0), value_of(sizes, at, condition, 0)
+def may_turn(sizes: Sizes, at: Workspace, part: int, signal: int) -> Mask:
+    """Where the interpolant of a signal may be on both sides of 0."""
+    least = value_of(sizes, at, part, signal, 0)
+    most = least
     for k in range(1, POINTS):
-        least, most = (
-            minimum(least, value_of(sizes, at, condition, k)),
-            maximum(most, value_of(sizes, at, condition, k)),
-        )
+        x = value_of(sizes, at, part, signal, k)
+        least, most = minimum(least, x), maximum(most, x)
     beyond = BEYOND * (most - least)
     return (least - beyond <= 0.0) & (most + beyond > 0.0)
 
 
 @apart
-def turn(sizes: Sizes, at: Workspace, condition: int, k: int) -> Lanes:
-    """Where, between two points of the step in which a condition is the same, its interpolant is the farthest on the
-    other side: so much of the step, or -1 if it never is."""
+def turn(sizes: Sizes, at: Workspace, part: int, signal: int, k: int) -> Lanes:
+    """Where, between two points of a part of the step between which a signal stays on one side of 0, its interpolant is
+    the farthest on the other side: so much of the part, or -1 if it never is."""
     a, b, c = (
-        value_of(sizes, at, condition, 0),
-        value_of(sizes, at, condition, 1),
-        value_of(sizes, at, condition, 2),
+        value_of(sizes, at, part, signal, 0),
+        value_of(sizes, at, part, signal, 1),
+        value_of(sizes, at, part, signal, 2),
     )
-    d, e, begin = (
-        value_of(sizes, at, condition, 3),
-        value_of(sizes, at, condition, 4),
-        value_of(sizes, at, condition, k),
-    )
-    end = value_of(sizes, at, condition, k + 1)
+    d, e = value_of(sizes, at, part, signal, 3), value_of(sizes, at, part, signal, 4)
+    begin, end = value_of(sizes, at, part, signal, k), value_of(sizes, at, part, signal, k + 1)
     o, p, q, r = through(a, b, c, d, e)
     side, far, place = choose(begin > 0.0, splat(1.0), splat(-1.0)), splat(0.0), splat(-1.0)
     for n in range(1, GAP):
@@ -149,6 +144,6 @@ def turn(sizes: Sizes, at: Workspace, condition: int, k: int) -> Lanes:
 
 
 @apart
-def truth(sizes: Sizes, at: Workspace, condition: int, k: int) -> Lanes:
-    """1 where a condition holds in a point of the step, else 0."""
-    return choose(load(signals(sizes, at, 0, k), condition) > 0.0, splat(1.0), splat(0.0))
+def truth(sizes: Sizes, at: Workspace, part: int, condition: int, k: int) -> Lanes:
+    """1 where a condition holds in a point of a part of the step, else 0."""
+    return choose(value_of(sizes, at, part, condition, k) > 0.0, splat(1.0), splat(0.0))

@@ -12,17 +12,8 @@ from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.acting import HOLDS
 from lienumba.integrators.drivers.lane_queue import Plan
-from lienumba.integrators.drivers.measuring.keeping import keep_over, keep_parts
-from lienumba.integrators.drivers.measuring.points import (
-    LEANING,
-    look,
-    look_along,
-    may_turn,
-    signals,
-    truth,
-    turn,
-    value_of,
-)
+from lienumba.integrators.drivers.measuring.pieces import keep_pieces
+from lienumba.integrators.drivers.measuring.points import LEANING, look, look_along, signals, value_of
 from lienumba.integrators.drivers.workspace import Places, Rows
 from lienumba.integrators.layout import (
     CHANGES,
@@ -49,35 +40,6 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
-from lienumba.numerics.operations import maximum
-
-
-@apart
-def _keep_within(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan, n: int, t: Lanes,
-    length: Lanes, whole: Lanes, lanes: Mask,
-) -> None:  # fmt: skip
-    """What a step changes in these lanes that was looked at in all of its points."""
-    condition, kept = plan.kept[n, KEPT_CONDITION], at.measures + ROW * layout.KEPT_ROWS * n
-    if condition < 0:
-        keep_over(kernels, sizes, at, plan, n, t, length, splat(0.0), whole, 0, lanes)
-        return
-    held, turns, sum_ = splat(0.0), splat(-1.0), splat(0.0)
-    for k in range(POINTS):
-        held, sum_ = held + truth(sizes, at, condition, k), sum_ + value_of(sizes, at, condition, k)
-    if any_lane(lanes & may_turn(sizes, at, condition)):
-        for k in range(POINTS - 1):
-            turns = maximum(turns, turn(sizes, at, condition, k))
-    if plan.kept[n, KEPT_KIND] == COUNTS:
-        news = lanes & (truth(sizes, at, condition, 0) > load(kept, KEPT_TRUE))
-        store(kept, KEPT_VALUE, choose(news, load(kept, KEPT_VALUE) + 1.0, load(kept, KEPT_VALUE)))
-    store(kept, KEPT_TRUE, choose(lanes, truth(sizes, at, condition, POINTS - 1), load(kept, KEPT_TRUE)))
-    always = lanes & (turns <= 0.0) & (held == float(POINTS))
-    partly = lanes & ((turns > 0.0) | ((held > 0.0) & (held < float(POINTS))) | (sum_ != sum_))
-    if any_lane(always):
-        keep_over(kernels, sizes, at, plan, n, t, length, splat(0.0), whole, 0, always)
-    if any_lane(partly):
-        keep_parts(kernels, sizes, at, first, rows, plan, n, t, length, whole, partly)
 
 
 @apart
@@ -149,9 +111,9 @@ def _look_into(
     for n in range(sizes.kept):
         opens = good & (cut | (load(at.measures + ROW * layout.KEPT_ROWS * n, KEPT_OPEN) != 0.0))
         if any_lane(opens):
-            _keep_within(kernels, sizes, at, first, rows, plan, n, t, length, whole, opens)
+            keep_pieces(kernels, sizes, at, first, rows, plan, n, t, length, whole, opens)
     for signal in range(sizes.signals):
-        before, after = value_of(sizes, at, signal, 0), value_of(sizes, at, signal, POINTS - 1)
+        before, after = value_of(sizes, at, 0, signal, 0), value_of(sizes, at, 0, signal, POINTS - 1)
         changes = signals(sizes, at, 0, CHANGES)
         store(changes, signal, choose(good, after - before, load(changes, signal)))
         store(signals(sizes, at, 0, 0), signal, choose(good, after, before))

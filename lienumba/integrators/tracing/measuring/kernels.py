@@ -36,7 +36,7 @@ def keep(tracer: Tracer) -> Kernel:
     graph, model = tracer.graph()
     t, until, picked = (graph.input("extra", row) for row in (layout.T, layout.UNTIL, layout.PICKED))
     kept, made = quantities.kept(model), tracer.integrands
-    followed = quantities.followed(model)
+    followed, turning = quantities.followed(model), quantities.turning(model)
     after = _at_end(tracer, graph, model, followed | quantities.lasting(model))
     rates = _rates(tracer, graph, model, followed)
     sizes, ends, rows = tracer.sizes, dict[int, Ends](), dict[int, Number]()
@@ -66,7 +66,8 @@ def keep(tracer: Tracer) -> Kernel:
         gain: Number | None = None
         if x.kind == INTEGRAL and x.value != NONE:
             gain = gains.get(x.value, nan)
-        opens = matters(x.kind, known, value, condition, gain)
+        bends, turns = ([ends[k] for k in turning.get(signal, ())] for signal in (x.value, x.condition))
+        opens = matters(x.kind, known, value, condition, gain, bends, turns)
         holds, taken = None if condition is None else condition.after, where(opens > 0.0, 0.0, picked)
         new = added(x.kind, known, after.get(x.value), holds, gain, taken, t, until)
         places = [layout.KEPT_VALUE, layout.KEPT_TIME, layout.KEPT_TRUE, layout.KEPT_UNDEFINED]

@@ -25,24 +25,20 @@ from lienumba.mechanics.elements.quantities.evaluation import (
     conditions,
     counted_angles,
     evaluate,
-    followed,
     has_rate,
-    integrands,
-    kept,
-    lasting,
     leaps,
     level,
     moves,
     observe,
     parts,
     rows,
-    signals,
     units,
 )
+from lienumba.mechanics.elements.quantities.measured import followed, integrands, kept, lasting, signals, turning
 
 __all__ = [
     "INPUTS", "INPUT_FORMS", "NOISES", "OBSERVED", "POSITION", "QUANTITIES", "VELOCITY", "XYZ", "Observed", "Part",
     "Readable", "bodies_of", "built_in", "component", "components", "conditions", "counted_angles", "evaluate",
     "followed", "has_rate", "integrands", "is_input", "joined", "kept", "kind_of", "lasting", "leaps", "level", "moves",
-    "observe", "owner", "parts", "rows", "signals", "switched", "units",
+    "observe", "owner", "parts", "rows", "signals", "switched", "turning", "units",
 ]  # fmt: skip

@@ -1,11 +1,11 @@
 """Quantities of a model at a state, and formulas that read them or the states of laws."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 from lienumba.mechanics.elements import joints
 from lienumba.mechanics.elements.quantities.base import (
-    OBSERVED,
     POSITION,
     VELOCITY,
     Observed,
@@ -19,14 +19,8 @@ from lienumba.mechanics.mechanism.kinematics import Instant, View
 from lienumba.mechanics.mechanism.model import (
     GROUND,
     HELD,
-    INTEGRAL,
-    LARGEST,
-    LAST,
-    NONE,
-    SMALLEST,
     Coordinate,
     Counted,
-    Kept,
     Law,
     Model,
     Quantity,
@@ -137,56 +131,21 @@ def level(model: Model, name: str) -> int:
     return max([kind.level(quantity, rest), *(level(model, x) for x in inner)])
 
 
-def integrands(model: Model) -> tuple[int, ...]:
-    """Of the signals of all measures those that steps can integrate by the weights of their stages: what is smooth as
-    it is written."""
-    every = signals(model)
-    asked = dict.fromkeys(x.value for x in kept(model) if x.kind == INTEGRAL and x.value != NONE)
-    return tuple(n for n in asked if _smooth(model, every[n], OBSERVED))
-
-
-def signals(model: Model) -> list[Timed]:
-    """Those of all measures."""
-    return [x for measure in model.measures for x in measure.signals]
-
-
-def kept(model: Model) -> list[Kept]:
-    """What is kept of runs as a whole, by the numbers of signals among those of all measures."""
-    found, before = list[Kept](), 0
-    for measure in model.measures:
-        for x in measure.kept:
-            value, condition = (n if n == NONE else before + n for n in (x.value, x.condition))
-            found.append(Kept(x.kind, value, condition))
-        before += len(measure.signals)
-    return found
-
-
-def followed(model: Model) -> set[int]:
-    """The signals of which it counts what they are between the ends of a step."""
-    every = kept(model)
-    return ({x.condition for x in every} | {x.value for x in every if x.kind in (LARGEST, SMALLEST)}) - {NONE}
-
-
-def lasting(model: Model) -> set[int]:
-    """Those of which the last value counts."""
-    return {x.value for x in kept(model) if x.kind == LAST} - {NONE}
-
-
 def has_rate(model: Model, x: Timed) -> bool:
-    """Whether the rate of a number follows from accelerations: it is smooth as it is written, and of what moves."""
-    names = (name for _, names in _parts(model, x) for name in names)
-    return _smooth(model, x, VELOCITY) and not any(_keeps(model, name) for name in names)
+    """Whether the rate of a number follows from accelerations wherever it does not bend: it is of what moves."""
+    keeps = any(_keeps(model, name) for y in _parts(model, x) for name in _names(y))
+    return bends(model, x) is not None and needs(model, x) <= VELOCITY and not keeps
 
 
 def moves(model: Model, x: Timed) -> bool:
-    """Whether the rate of a number follows from the velocities: it is smooth as it is written, and of positions."""
-    return _smooth(model, x, POSITION)
+    """Whether the rate of a number follows from the velocities wherever it does not bend: it is of positions."""
+    return bends(model, x) is not None and needs(model, x) == POSITION
 
 
 def leaps(model: Model, x: Timed) -> bool:
     """Whether a number may be another one before and behind a time at which forces jump, or laws are sampled, where
     positions and velocities are the same."""
-    return any(_leaps(model, *part) for part in _parts(model, x))
+    return any(_leaps(model, _formula(y), _names(y)) for y in _parts(model, x))
 
 
 def _leaps(model: Model, formula: Timed, names: tuple[str, ...]) -> bool:
@@ -202,19 +161,39 @@ def _keeps(model: Model, name: str) -> bool:
     return quantity is None or not kind_of(quantity).reads(quantity, rest)
 
 
-def _smooth(model: Model, x: Timed, most: int) -> bool:
-    """Whether a number is, as far as formulas say, and needs no more than this level of what it reads."""
-    return all(
-        (not isinstance(formula, Formula) or formula.smooth) and all(level(model, name) <= most for name in names)
-        for formula, names in _parts(model, x)
-    )
+def bends(model: Model, x: Timed) -> tuple[Timed, ...] | None:
+    """Numbers at whose zeros this one may have, as far as formulas say, kinks or jumps, and nowhere else; None if there
+    are no such ones."""
+    found = list[Timed]()
+    for y in _parts(model, x):
+        formula = _formula(y)
+        own = formula.bends if isinstance(formula, Formula) else ()
+        if own is None:
+            return None
+        for z in own:
+            read = tuple(name for name in _names(y) if name in z.used)
+            found.append(replace(y, function=z, quantities=read) if isinstance(y, Law) else z)
+    return tuple(found)
 
 
-def _parts(model: Model, x: Timed) -> Iterator[tuple[Timed, tuple[str, ...]]]:
-    """The formulas that a number depends on, its own first, and the components that each reads."""
-    names = x.quantities if isinstance(x, Law) else ()
-    yield x.function if isinstance(x, Law) else x, names
-    for first, rest in map(owner, names):
+def needs(model: Model, x: Timed) -> int:
+    """The highest `level` of what a number depends on."""
+    return max((level(model, name) for y in _parts(model, x) for name in _names(y)), default=POSITION)
+
+
+def _formula(x: Timed) -> Timed:
+    return x.function if isinstance(x, Law) else x
+
+
+def _names(x: Timed) -> tuple[str, ...]:
+    """The components that a number reads itself."""
+    return x.quantities if isinstance(x, Law) else ()
+
+
+def _parts(model: Model, x: Timed) -> Iterator[Timed]:
+    """The numbers that one depends on, itself first."""
+    yield x
+    for first, rest in map(owner, _names(x)):
         quantity = _named(model, first)
         for y in () if quantity is None else kind_of(quantity).reads(quantity, rest):
             yield from _parts(model, y)

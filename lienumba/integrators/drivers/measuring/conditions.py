@@ -1,0 +1,140 @@
+"""What is kept of the parts of a piece of a step in which a condition holds.
+
+Where a condition becomes true or false between two points, its place is found as those of events are, and what it holds
+for is looked at by itself. Where it is undefined, so is what is kept, unless it is known without that.
+"""
+
+import numpy as np
+
+from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, choose, load, splat, store
+from lienumba.compiler.routines.marks import apart, inlined
+from lienumba.compiler.rows import ROW
+from lienumba.integrators import layout
+from lienumba.integrators.drivers.event_search import finest_part, locate
+from lienumba.integrators.drivers.lane_queue import Plan
+from lienumba.integrators.drivers.measuring.keeping import keep_over
+from lienumba.integrators.drivers.measuring.points import (
+    fraction_of,
+    look,
+    look_along,
+    may_turn,
+    signals,
+    truth,
+    turn,
+    value_of,
+)
+from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.layout import (
+    COUNTS,
+    ELSEWHERE,
+    KEEPS_FIRST,
+    KEEPS_LAST,
+    KEPT_CONDITION,
+    KEPT_KIND,
+    KEPT_TIME,
+    KEPT_TRUE,
+    KEPT_UNDEFINED,
+    KEPT_VALUE,
+    POINTS,
+    SEEKS,
+    Workspace,
+)  # fmt: skip
+from lienumba.integrators.sizes import Sizes
+from lienumba.numerics.operations import maximum
+
+PART = 2  # behind the step and its piece
+
+
+@inlined
+def _lose(kept: Address, kind: int, after: Lanes, unknown: Mask) -> None:
+    """Where a condition is undefined, so is what is kept, unless the first time has been, or the last one is yet to
+    come."""
+    time = load(kept, KEPT_TIME)
+    lost = unknown
+    if kind == KEEPS_FIRST:
+        lost = unknown & (time != time)
+    elif kind == KEEPS_LAST:
+        lost = unknown & (choose(after > 0.0, 1.0, 0.0) == 0.0)
+    store(kept, KEPT_UNDEFINED, choose(lost, splat(1.0), load(kept, KEPT_UNDEFINED)))
+
+
+@apart
+def _keep_between(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan, n: int, t: Lanes,
+    length: Lanes, low: Lanes, high: Lanes, before: Lanes, after: Lanes, lanes: Mask,
+) -> None:  # fmt: skip
+    """The same between two fractions of the step, at which the condition is so much, and turns once at most. Where it
+    is held from, and where it is held to, it holds."""
+    condition, kept = plan.kept[n, KEPT_CONDITION], at.measures + ROW * layout.KEPT_ROWS * n
+    begins = lanes & (before <= 0.0) & (after > 0.0)
+    ends = lanes & (before > 0.0) & (after <= 0.0)
+    if any_lane(begins | ends):
+        sense = choose(before > 0.0, splat(-1.0), splat(1.0))
+        store(at.lanes, SEEKS, splat(float(condition)))
+        place = locate(
+            kernels, layout.MEASURE, at, first, rows, t, length, low, high, sense * before, sense * after,
+            begins | ends, splat(0.0) > 0.0, sense,
+        )  # fmt: skip
+        low, high = choose(begins, place, low), choose(ends, maximum(place - finest_part(t, length), low), high)
+        if plan.kept[n, KEPT_KIND] == COUNTS:
+            known = load(kept, KEPT_VALUE)
+            store(kept, KEPT_VALUE, choose(begins, known + 1.0, known))
+    holds = lanes & ((before > 0.0) | (after > 0.0))
+    if plan.kept[n, KEPT_KIND] != COUNTS and any_lane(holds):
+        look_along(kernels, sizes, at, t, length, low, high, PART)
+        keep_over(kernels, sizes, at, plan, n, t, length, low, high, PART, holds)
+    unknown = lanes & (choose(before == before, choose(after == after, splat(0.0), 1.0), 1.0) == 1.0)
+    if any_lane(unknown):
+        _lose(kept, plan.kept[n, KEPT_KIND], after, unknown)
+
+
+@apart
+def _keep_parts(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan, n: int, t: Lanes,
+    length: Lanes, low: Lanes, high: Lanes, piece: int, lanes: Mask,
+) -> None:  # fmt: skip
+    """The same in the lanes in which a condition begins or ends to hold within the piece."""
+    condition = plan.kept[n, KEPT_CONDITION]
+    for k in range(POINTS - 1):
+        before, after = value_of(sizes, at, piece, condition, k), value_of(sizes, at, piece, condition, k + 1)
+        begin, end = fraction_of(k, low, high), fraction_of(k + 1, low, high)
+        place = turn(sizes, at, piece, condition, k)
+        turns = lanes & (place > 0.0)
+        if any_lane(turns):
+            middle, to = choose(turns, low + place * (high - low), end), signals(sizes, at, 0, ELSEWHERE)
+            look(kernels, sizes, at, t, length, middle, to)
+            there = choose(turns, load(to, condition), after)
+            _keep_between(kernels, sizes, at, first, rows, plan, n, t, length, begin, middle, before, there, lanes)
+            _keep_between(kernels, sizes, at, first, rows, plan, n, t, length, middle, end, there, after, turns)
+        else:
+            _keep_between(kernels, sizes, at, first, rows, plan, n, t, length, begin, end, before, after, lanes)
+
+
+@apart
+def keep_within(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan, n: int, t: Lanes,
+    length: Lanes, low: Lanes, high: Lanes, piece: int, lanes: Mask,
+) -> None:  # fmt: skip
+    """What a piece of a step (or, as the piece 0, all of it) changes in these lanes that was looked at in all of its
+    points."""
+    condition, kept = plan.kept[n, KEPT_CONDITION], at.measures + ROW * layout.KEPT_ROWS * n
+    if condition < 0:
+        keep_over(kernels, sizes, at, plan, n, t, length, low, high, piece, lanes)
+        return
+    held, turns, sum_ = splat(0.0), splat(-1.0), splat(0.0)
+    for k in range(POINTS):
+        held = held + truth(sizes, at, piece, condition, k)
+        sum_ = sum_ + value_of(sizes, at, piece, condition, k)
+    if any_lane(lanes & may_turn(sizes, at, piece, condition)):
+        for k in range(POINTS - 1):
+            turns = maximum(turns, turn(sizes, at, piece, condition, k))
+    if plan.kept[n, KEPT_KIND] == COUNTS:
+        news = lanes & (truth(sizes, at, piece, condition, 0) > load(kept, KEPT_TRUE))
+        store(kept, KEPT_VALUE, choose(news, load(kept, KEPT_VALUE) + 1.0, load(kept, KEPT_VALUE)))
+    store(kept, KEPT_TRUE, choose(lanes, truth(sizes, at, piece, condition, POINTS - 1), load(kept, KEPT_TRUE)))
+    always = lanes & (turns <= 0.0) & (held == float(POINTS))
+    partly = lanes & ((turns > 0.0) | ((held > 0.0) & (held < float(POINTS))) | (sum_ != sum_))
+    if any_lane(always):
+        keep_over(kernels, sizes, at, plan, n, t, length, low, high, piece, always)
+    if any_lane(partly):
+        _keep_parts(kernels, sizes, at, first, rows, plan, n, t, length, low, high, piece, partly)

@@ -1,0 +1,131 @@
+"""What is kept of a step piece by piece, where a value or a condition bends between them.
+
+What is behind a bend belongs to the next piece, so that of a jump no side is seen from the other one.
+"""
+
+import numpy as np
+
+from lienumba.compiler.lanes import Lanes, Mask, any_lane, choose, load, splat, store
+from lienumba.compiler.routines.marks import apart, inlined
+from lienumba.integrators import layout
+from lienumba.integrators.drivers import stages
+from lienumba.integrators.drivers.event_search import finest_part, locate
+from lienumba.integrators.drivers.lane_queue import Plan
+from lienumba.integrators.drivers.measuring.conditions import keep_within
+from lienumba.integrators.drivers.measuring.points import (
+    fraction_of,
+    look,
+    look_along,
+    may_turn,
+    signals,
+    truth,
+    turn,
+)
+from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.layout import (
+    KEPT_BEND,
+    KEPT_BENDS,
+    KEPT_TURN,
+    KEPT_TURNS,
+    POINTS,
+    SEEKS,
+    Workspace,
+)  # fmt: skip
+from lienumba.integrators.sizes import Sizes
+from lienumba.numerics.operations import maximum, minimum
+
+PIECE = 1  # behind the step
+NOWHERE = 2.0
+
+
+@inlined
+def _bend(plan: Plan, n: int, k: int) -> int:
+    """The kth signal at whose zeros a value or its condition bends."""
+    own = plan.kept[n, KEPT_BENDS]
+    return plan.kept[n, KEPT_BEND] + k if k < own else plan.kept[n, KEPT_TURN] + k - own
+
+
+@inlined
+def _crosses(sizes: Sizes, at: Workspace, signal: int) -> Lanes:
+    """1 where a signal is, or may be, on both sides of 0 in the step, else 0."""
+    above, turns = splat(0.0), splat(0.0)
+    for k in range(POINTS):
+        above = above + truth(sizes, at, 0, signal, k)
+    if any_lane(may_turn(sizes, at, 0, signal)):
+        for k in range(POINTS - 1):
+            turns = choose(turn(sizes, at, 0, signal, k) > 0.0, splat(1.0), turns)
+    return choose((above > 0.0) & (above < float(POINTS)), splat(1.0), turns)
+
+
+@apart
+def _next_bend(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan, n: int, t: Lanes,
+    length: Lanes, low: Lanes, high: Lanes, lanes: Mask,
+) -> Lanes:  # fmt: skip
+    """Directly behind the first place between two fractions of the step at which a signal that bends others crosses 0,
+    which each does at most once; else NOWHERE."""
+    begin, end = signals(sizes, at, PIECE, 0), signals(sizes, at, PIECE, POINTS - 1)
+    look(kernels, sizes, at, t, length, low, begin)
+    look(kernels, sizes, at, t, length, high, end)
+    place = splat(NOWHERE)
+    for k in range(plan.kept[n, KEPT_BENDS] + plan.kept[n, KEPT_TURNS]):
+        signal = _bend(plan, n, k)
+        before, after = load(begin, signal), load(end, signal)
+        crosses = lanes & (((before > 0.0) & (after <= 0.0)) | ((before <= 0.0) & (after > 0.0)))
+        if any_lane(crosses):
+            sense = choose(before > 0.0, splat(-1.0), splat(1.0))
+            store(at.lanes, SEEKS, splat(float(signal)))
+            there = locate(
+                kernels, layout.MEASURE, at, first, rows, t, length, low, high, sense * before, sense * after, crosses,
+                splat(0.0) > 0.0, sense,
+            )  # fmt: skip
+            place = choose(crosses, minimum(place, there), place)
+    return place
+
+
+@apart
+def _keep_between(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan, n: int, t: Lanes,
+    length: Lanes, low: Lanes, high: Lanes, whole: Lanes, lanes: Mask,
+) -> None:  # fmt: skip
+    """The pieces between two fractions of the step, of which as much as `whole` was looked at."""
+    count, finest, left = plan.kept[n, KEPT_BENDS] + plan.kept[n, KEPT_TURNS], finest_part(t, length), lanes
+    for found in range(count + 1):
+        if not any_lane(left):
+            break
+        place = splat(NOWHERE)
+        if found < count:
+            place = _next_bend(kernels, sizes, at, first, rows, plan, n, t, length, low, high, left)
+        until = choose(place <= high, maximum(place - finest, low), high)
+        look_along(kernels, sizes, at, t, length, low, until, PIECE)
+        end = signals(sizes, at, PIECE, POINTS - 1)
+        stages.commit(until == whole, end, signals(sizes, at, 0, POINTS - 1), sizes.signals)
+        keep_within(kernels, sizes, at, first, rows, plan, n, t, length, low, until, PIECE, left)
+        left = left & (place < high)
+        low = choose(left, place, low)
+
+
+@apart
+def keep_pieces(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan, n: int, t: Lanes,
+    length: Lanes, whole: Lanes, lanes: Mask,
+) -> None:  # fmt: skip
+    """Keep what has to be of as much of a step as was looked at."""
+    count, bent = plan.kept[n, KEPT_BENDS] + plan.kept[n, KEPT_TURNS], splat(0.0)
+    for k in range(count):
+        bent = maximum(bent, _crosses(sizes, at, _bend(plan, n, k)))
+    straight, crooked = lanes & (bent == 0.0), lanes & (bent > 0.0)
+    if any_lane(straight):
+        keep_within(kernels, sizes, at, first, rows, plan, n, t, length, splat(0.0), whole, 0, straight)
+    if not any_lane(crooked):
+        return
+    for gap in range(POINTS - 1):
+        begin, end, place = fraction_of(gap, splat(0.0), whole), fraction_of(gap + 1, splat(0.0), whole), splat(NOWHERE)
+        for k in range(count):
+            there = turn(sizes, at, 0, _bend(plan, n, k), gap)
+            place = choose(there > 0.0, minimum(place, there), place)
+        turns = crooked & (place < NOWHERE)
+        middle = choose(turns, place * whole, end)
+        _keep_between(kernels, sizes, at, first, rows, plan, n, t, length, begin, middle, whole, crooked)
+        if any_lane(turns):
+            _keep_between(kernels, sizes, at, first, rows, plan, n, t, length, middle, end, whole, turns)
