@@ -16,7 +16,7 @@ from lienumba.integrators.layout import (
     SWITCH_NUMBERS,
 )
 from lienumba.mechanics.elements.events import ENGAGE, LOCK, RELEASE, SET, UNLOCK
-from lienumba.mechanics.elements.quantities import kept, signals, turning
+from lienumba.mechanics.elements.quantities import bends, kept, signals, turning
 from lienumba.mechanics.mechanism.model import INTEGRAL, KEPT, LARGEST, NONE, SMALLEST, Event, Law, Model, Timed
 from lienumba.mechanics.system import switches
 from lienumba.mechanics.system.switches import switches_of
@@ -42,6 +42,7 @@ def plan(model: Model, held: Sequence[int], integrands: Sequence[int]) -> Plan:
         np.array(targets, np.int64),
         np.array([switch.numbers for switch in switches_of(model)], np.int64).reshape(-1, SWITCH_NUMBERS),
         np.array(_kept(model, integrands), np.int64).reshape(-1, KEPT_NUMBERS),
+        np.array([bends(model, x) == () for x in signals(model)], np.int64),
     )
 
 

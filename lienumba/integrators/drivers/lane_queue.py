@@ -74,13 +74,15 @@ class ChunkRuns(NamedTuple):
 
 class Plan(NamedTuple):
     """What happens at events. stops (events,): whether it ends a run; acts (events, 7): see `layout.ACTION`; targets:
-    of all events; switches (s, 7): see `layout.SWITCH_KIND`; kept (n, 3): see `layout.KEPT_KIND`."""
+    of all events; switches (s, 7): see `layout.SWITCH_KIND`; kept (n, 9): see `layout.KEPT_KIND`; straight (signals,):
+    whether one bends nowhere."""
 
     stops: Integers1
     acts: Integers2
     targets: Integers1
     switches: Integers2
     kept: Integers2
+    straight: Integers1
 
 
 class Queue(NamedTuple):

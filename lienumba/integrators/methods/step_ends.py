@@ -123,8 +123,8 @@ def matters(
         assert value is not None, "of something"
         begin, end = (value.before, value.most) if kind == LARGEST else (-value.before, -value.least)
         most = known.value if kind == LARGEST else -known.value
-        beyond = _where(bent, end + FARTHEST * value.reach, value.if_it_turns(end + value.reach, begin))
-        found = where(beyond <= most, found, 1.0)
+        beyond = value.if_it_turns(end + value.reach, begin)
+        found = _where(bent, 1.0, where(beyond <= most, found, 1.0))
     if condition is None:
         return found
     never = condition.most < -reach if condition.rates is None else condition.most <= -reach

@@ -1,4 +1,4 @@
-"""What is kept of the parts of a piece of a step in which a condition holds.
+"""What is kept of the parts of a piece of a panel in which a condition holds.
 
 Where a condition becomes true or false between two points, its place is found as those of events are, and what it holds
 for is looked at by itself. Where it is undefined, so is what is kept, unless it is known without that.
@@ -42,7 +42,7 @@ from lienumba.integrators.layout import (
 from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import maximum
 
-PART = 2  # behind the step and its piece
+PART = 2  # behind the panel and its piece
 
 
 @inlined
@@ -115,7 +115,7 @@ def keep_within(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan, n: int, t: Lanes,
     length: Lanes, low: Lanes, high: Lanes, piece: int, lanes: Mask,
 ) -> None:  # fmt: skip
-    """What a piece of a step (or, as the piece 0, all of it) changes in these lanes that was looked at in all of its
+    """What a piece of a panel (or, as the piece 0, all of it) changes in these lanes that was looked at in all of its
     points."""
     condition, kept = plan.kept[n, KEPT_CONDITION], at.measures + ROW * layout.KEPT_ROWS * n
     if condition < 0:

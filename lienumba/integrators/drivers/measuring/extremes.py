@@ -20,10 +20,13 @@ from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import maximum, minimum
 
 GRID = 32  # places in which an interpolant is looked at
-UNSURE = 0.02  # of what they differ by, an interpolant may be wrong
+UNLIKE = 0.002  # of what its values differ by, an interpolant is wrong in a panel at most (`panels`)
+UNSURE = 10.0 * UNLIKE  # in all of it
+DOUBT = 20.0 * UNLIKE  # its slope at its ends
 NEWTON = 4  # iterations to an extreme of the interpolant
 STEPS = 3  # from there, by what is found
 WIDER = 6  # steps uphill, each three times as long as the one before
+EDGE = 2.0**-10  # of a stride uphill that ends at an end: where it is seen whether the extreme is before it
 TRIES = 120  # at parabolas and halves
 PATIENCE, NOISE = 16, 2.0**13  # tries, behind which what differs by so many times the rounding is noise
 FINEST = 2.0**-50  # of a part of a step: what is not divided any more
@@ -74,6 +77,15 @@ def _enclose(
         x2, f2 = choose(later, x3, choose(earlier, x1, x2)), choose(later, f3, choose(earlier, f1, f2))
         x1, f1 = choose(later, x0, choose(earlier, u, x1)), choose(later, f0, choose(earlier, f, f1))
         x3, f3 = choose(later, u, choose(earlier, x0, x3)), choose(later, f, choose(earlier, f0, f3))
+    later, earlier = lanes & (f3 > f2) & (x3 >= 1.0), lanes & (f1 > f2) & (x1 <= 0.0)
+    if any_lane(later | earlier):  # an end may be next to the extreme
+        u = choose(later, x3 - EDGE * (x3 - x2), choose(earlier, x1 + EDGE * (x2 - x1), x2))
+        look(kernels, sizes, at, t, length, low + u * far, to)
+        f = sign * load(to, value)
+        later, earlier = later & (f > f3), earlier & (f > f1)
+        x1, f1 = choose(later, x2, x1), choose(later, f2, f1)
+        x3, f3 = choose(earlier, x2, x3), choose(earlier, f2, f3)
+        x2, f2 = choose(later | earlier, u, x2), choose(later | earlier, f, f2)
     left, best, where_ = lanes & (f2 >= f1) & (f2 >= f3), maximum(maximum(f1, f2), f3), x2
     where_ = choose(f1 == best, x1, choose(f3 == best, x3, x2))
     wide = x3 - x1
@@ -128,13 +140,15 @@ def _peak(
         more = y > most
         most, s = choose(more, y, most), choose(more, x, s)
     rises, falls = rise(splat(-1.0), o, p, q, r), -rise(splat(1.0), o, p, q, r)
-    inside = ((s > -1.0) & (s < 1.0)) | ((s == -1.0) & (rises > 0.0)) | ((s == 1.0) & (falls > 0.0))
+    doubt = DOUBT * (most - least)
+    inside = ((s > -1.0) & (s < 1.0)) | ((s == -1.0) & (rises > -doubt)) | ((s == 1.0) & (falls > -doubt))
     left = lanes & inside & (most + UNSURE * (most - least) > sign * load(kept, KEPT_VALUE))
     if not any_lane(left):
         return
     little = ROUNDING * maximum(most, -least)
     near, bend = 1.0 / GRID, splat(0.0)
-    first, last = maximum(s - near, splat(-1.0)), minimum(s + near, splat(1.0))
+    s = minimum(maximum(s, splat(0.5 * near - 1.0)), splat(1.0 - 0.5 * near))
+    first, last = maximum(s - near, splat(0.25 * near - 1.0)), minimum(s + near, splat(1.0 - 0.25 * near))
     for _ in range(NEWTON):
         bend = 2.0 * p + s * (6.0 * q + s * 12.0 * r)
         s = s - choose(bend < 0.0, rise(s, o, p, q, r) / choose(bend < 0.0, bend, 1.0), 0.0)
@@ -182,9 +196,9 @@ def keep_extreme(
     most, least = maximum(maximum(maximum(a, b), maximum(c, d)), e), minimum(minimum(minimum(a, b), minimum(c, d)), e)
     may = lanes & (most + BEYOND * (most - least) > sign * load(kept, KEPT_VALUE))
     o, p, q, r = through(a, b, c, d, e)
-    falls, rises = splat(0.0), splat(0.0)  # where the ends are the extremes
-    falls = choose((a >= b) & (b >= c) & (c >= d) & (d >= e) & (rise(splat(-1.0), o, p, q, r) <= 0.0), 1.0, falls)
-    rises = choose((a <= b) & (b <= c) & (c <= d) & (d <= e) & (rise(splat(1.0), o, p, q, r) >= 0.0), 1.0, rises)
+    doubt, falls, rises = DOUBT * (most - least), splat(0.0), splat(0.0)  # where the ends are the extremes
+    falls = choose((a >= b) & (b >= c) & (c >= d) & (d >= e) & (rise(splat(-1.0), o, p, q, r) <= -doubt), 1.0, falls)
+    rises = choose((a <= b) & (b <= c) & (c <= d) & (d <= e) & (rise(splat(1.0), o, p, q, r) >= doubt), 1.0, rises)
     may = may & (falls + rises == 0.0)
     if any_lane(may):
         _peak(kernels, sizes, at, t, length, low, high, value, sign, kept, may, a, b, c, d, e)

@@ -40,7 +40,7 @@ def keep_over(
         if value >= 0:
             known, gained = load(kept, KEPT_VALUE), splat(np.nan)
             if part == 0:
-                gained = choose(high == 1.0, gain(sizes, at, plan, n), np.nan)
+                gained = choose((low == 0.0) & (high == 1.0), gain(sizes, at, plan, n), np.nan)
             asked = lanes & (choose(gained == gained, 0.0, 1.0) == 1.0)
             if any_lane(asked):
                 scale = absolute(known) / (end - begin)

@@ -1,4 +1,4 @@
-"""What is kept of a step piece by piece, where a value or a condition bends between them.
+"""What is kept of a panel of a step piece by piece, where a value or a condition bends between them.
 
 What is behind a bend belongs to the next piece, so that of a jump no side is seen from the other one.
 """
@@ -34,8 +34,9 @@ from lienumba.integrators.layout import (
 from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import maximum, minimum
 
-PIECE = 1  # behind the step
+PIECE = 1  # behind the panel
 NOWHERE = 2.0
+PIECES = 4  # for each bend, at most
 
 
 @inlined
@@ -47,7 +48,7 @@ def _bend(plan: Plan, n: int, k: int) -> int:
 
 @inlined
 def _crosses(sizes: Sizes, at: Workspace, signal: int) -> Lanes:
-    """1 where a signal is, or may be, on both sides of 0 in the step, else 0."""
+    """1 where a signal is, or may be, on both sides of 0 in the panel, else 0."""
     above, turns = splat(0.0), splat(0.0)
     for k in range(POINTS):
         above = above + truth(sizes, at, 0, signal, k)
@@ -86,20 +87,25 @@ def _next_bend(
 @apart
 def _keep_between(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan, n: int, t: Lanes,
-    length: Lanes, low: Lanes, high: Lanes, whole: Lanes, lanes: Mask,
+    length: Lanes, low: Lanes, high: Lanes, last: Lanes, lanes: Mask,
 ) -> None:  # fmt: skip
-    """The pieces between two fractions of the step, of which as much as `whole` was looked at."""
+    """The pieces between two fractions of a panel that ends at `last`. What bends because of another bend may cross 0
+    between a bend and the start alone."""
     count, finest, left = plan.kept[n, KEPT_BENDS] + plan.kept[n, KEPT_TURNS], finest_part(t, length), lanes
-    for found in range(count + 1):
+    for piece in range(PIECES * count):
         if not any_lane(left):
             break
-        place = splat(NOWHERE)
-        if found < count:
-            place = _next_bend(kernels, sizes, at, first, rows, plan, n, t, length, low, high, left)
-        until = choose(place <= high, maximum(place - finest, low), high)
+        place, until, seeks = splat(NOWHERE), high, left
+        for _ in range(count if piece < PIECES * count - 1 else 0):
+            there = _next_bend(kernels, sizes, at, first, rows, plan, n, t, length, low, until, seeks)
+            seeks = seeks & (there <= until)
+            if not any_lane(seeks):
+                break
+            place = choose(seeks, there, place)
+            until = choose(seeks, maximum(there - finest, low), until)
         look_along(kernels, sizes, at, t, length, low, until, PIECE)
         end = signals(sizes, at, PIECE, POINTS - 1)
-        stages.commit(until == whole, end, signals(sizes, at, 0, POINTS - 1), sizes.signals)
+        stages.commit(left & (until == last), end, signals(sizes, at, 0, POINTS - 1), sizes.signals)
         keep_within(kernels, sizes, at, first, rows, plan, n, t, length, low, until, PIECE, left)
         left = left & (place < high)
         low = choose(left, place, low)
@@ -108,24 +114,24 @@ def _keep_between(
 @apart
 def keep_pieces(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan, n: int, t: Lanes,
-    length: Lanes, whole: Lanes, lanes: Mask,
+    length: Lanes, low: Lanes, high: Lanes, lanes: Mask,
 ) -> None:  # fmt: skip
-    """Keep what has to be of as much of a step as was looked at."""
+    """Keep what has to be of a panel of the step that was looked at in all of its points."""
     count, bent = plan.kept[n, KEPT_BENDS] + plan.kept[n, KEPT_TURNS], splat(0.0)
     for k in range(count):
         bent = maximum(bent, _crosses(sizes, at, _bend(plan, n, k)))
     straight, crooked = lanes & (bent == 0.0), lanes & (bent > 0.0)
     if any_lane(straight):
-        keep_within(kernels, sizes, at, first, rows, plan, n, t, length, splat(0.0), whole, 0, straight)
+        keep_within(kernels, sizes, at, first, rows, plan, n, t, length, low, high, 0, straight)
     if not any_lane(crooked):
         return
     for gap in range(POINTS - 1):
-        begin, end, place = fraction_of(gap, splat(0.0), whole), fraction_of(gap + 1, splat(0.0), whole), splat(NOWHERE)
+        begin, end, place = fraction_of(gap, low, high), fraction_of(gap + 1, low, high), splat(NOWHERE)
         for k in range(count):
             there = turn(sizes, at, 0, _bend(plan, n, k), gap)
             place = choose(there > 0.0, minimum(place, there), place)
         turns = crooked & (place < NOWHERE)
-        middle = choose(turns, place * whole, end)
-        _keep_between(kernels, sizes, at, first, rows, plan, n, t, length, begin, middle, whole, crooked)
+        middle = choose(turns, low + place * (high - low), end)
+        _keep_between(kernels, sizes, at, first, rows, plan, n, t, length, begin, middle, high, crooked)
         if any_lane(turns):
-            _keep_between(kernels, sizes, at, first, rows, plan, n, t, length, middle, end, whole, turns)
+            _keep_between(kernels, sizes, at, first, rows, plan, n, t, length, middle, end, high, turns)

@@ -72,7 +72,7 @@ def look(
 
 @inlined
 def signals(sizes: Sizes, at: Workspace, part: int, k: int) -> Address:
-    """Where all signals are in a point: of the step (part 0), of a piece of it (1), or of a part of that (2)."""
+    """Where all signals are in a point: of a panel of the step (0), of a piece of it (1), or of a part of that (2)."""
     return at.measures + ROW * layout.signal_row(sizes, POINTS * part + k)
 
 

@@ -10,10 +10,9 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
-from lienumba.integrators.drivers.acting import HOLDS
 from lienumba.integrators.drivers.lane_queue import Plan
-from lienumba.integrators.drivers.measuring.pieces import keep_pieces
-from lienumba.integrators.drivers.measuring.points import LEANING, look, look_along, signals, value_of
+from lienumba.integrators.drivers.measuring.panels import keep_panels
+from lienumba.integrators.drivers.measuring.points import LEANING, look, signals, value_of
 from lienumba.integrators.drivers.workspace import Places, Rows
 from lienumba.integrators.layout import (
     CHANGES,
@@ -23,9 +22,7 @@ from lienumba.integrators.layout import (
     KEEPS_FIRST,
     KEEPS_LAST,
     KEPT_CONDITION,
-    KEPT_EVENT,
     KEPT_KIND,
-    KEPT_OPEN,
     KEPT_SIGNAL,
     KEPT_TIME,
     KEPT_TRUE,
@@ -84,19 +81,6 @@ def _see(kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lan
 
 
 @apart
-def _come_true(sizes: Sizes, at: Workspace, plan: Plan, until: Lanes, lanes: Mask) -> None:
-    """Where an event leaves a step, its condition is true in what is measured, too, also where it is not by rounding:
-    behind that it might never be."""
-    end = signals(sizes, at, 0, POINTS - 1)
-    for n in range(sizes.kept):
-        event, condition = plan.kept[n, KEPT_EVENT], plan.kept[n, KEPT_CONDITION]
-        if event >= 0:
-            now = load(end, condition)
-            happens = lanes & (load(at.conditions, 2 * layout.conditions(sizes) + event) <= until) & (now <= 0.0)
-            store(end, condition, choose(happens, splat(HOLDS), now))
-
-
-@apart
 def _look_into(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, plan: Plan,
     good: Mask, t: Lanes, length: Lanes, until: Lanes, closed: bool,
@@ -105,13 +89,8 @@ def _look_into(
     cut = load(at.lanes, PICKED) < 0.0
     whole = choose(until < load(at.lanes, UNTIL), (until - t) / length, 1.0)
     _open(kernels, sizes, nodes, at, t, length, closed)
-    look_along(kernels, sizes, at, t, length, splat(0.0), whole, 0)
-    if any_lane(good & cut):
-        _come_true(sizes, at, plan, until, good & cut)
-    for n in range(sizes.kept):
-        opens = good & (cut | (load(at.measures + ROW * layout.KEPT_ROWS * n, KEPT_OPEN) != 0.0))
-        if any_lane(opens):
-            keep_pieces(kernels, sizes, at, first, rows, plan, n, t, length, whole, opens)
+    keep_panels(kernels, sizes, at, first, rows, plan, t, length, until, whole, good, cut)
+    look(kernels, sizes, at, t, length, splat(0.0), signals(sizes, at, 0, 0))
     for signal in range(sizes.signals):
         before, after = value_of(sizes, at, 0, signal, 0), value_of(sizes, at, 0, signal, POINTS - 1)
         changes = signals(sizes, at, 0, CHANGES)

@@ -19,6 +19,7 @@ from lienumba.mechanics.elements.quantities.base import (
     owner,
 )
 from lienumba.mechanics.elements.quantities.evaluation import (
+    bends,
     bodies_of,
     component,
     components,
@@ -38,7 +39,7 @@ from lienumba.mechanics.elements.quantities.measured import followed, integrands
 
 __all__ = [
     "INPUTS", "INPUT_FORMS", "NOISES", "OBSERVED", "POSITION", "QUANTITIES", "VELOCITY", "XYZ", "Observed", "Part",
-    "Readable", "bodies_of", "built_in", "component", "components", "conditions", "counted_angles", "evaluate",
+    "Readable", "bends", "bodies_of", "built_in", "component", "components", "conditions", "counted_angles", "evaluate",
     "followed", "has_rate", "integrands", "is_input", "joined", "kept", "kind_of", "lasting", "leaps", "level", "moves",
     "observe", "owner", "parts", "rows", "signals", "switched", "turning", "units",
 ]  # fmt: skip

@@ -1,0 +1,123 @@
+"""What is kept of a step panel by panel: as long as what is asked for is a polynomial of few points there.
+
+A step that is long beside what a signal does is halved until that is so; most are one panel. Where halving does not
+help, the signal is noise.
+"""
+
+import numpy as np
+
+from lienumba.compiler.lanes import Lanes, Mask, any_lane, choose, load, splat, store
+from lienumba.compiler.routines.marks import apart
+from lienumba.compiler.rows import ROW
+from lienumba.integrators import layout
+from lienumba.integrators.drivers.acting import HOLDS
+from lienumba.integrators.drivers.lane_queue import Plan
+from lienumba.integrators.drivers.measuring.extremes import UNLIKE
+from lienumba.integrators.drivers.measuring.pieces import keep_pieces
+from lienumba.integrators.drivers.measuring.points import look, look_along, point, risen, signals, through, value_of
+from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.layout import (
+    ELSEWHERE,
+    KEPT_BEND,
+    KEPT_BENDS,
+    KEPT_CONDITION,
+    KEPT_EVENT,
+    KEPT_OPEN,
+    KEPT_SIGNAL,
+    KEPT_TURN,
+    KEPT_TURNS,
+    POINTS,
+    Workspace,
+)  # fmt: skip
+from lienumba.integrators.sizes import Sizes
+from lienumba.numerics.operations import absolute, maximum, minimum
+
+PATIENCE = 5  # halvings more than panels of which the polynomial is right
+PANELS = 4096  # at most
+ROUNDING = 2.0**-40  # of values: what differs by less is no course
+
+
+@apart
+def _unlike(sizes: Sizes, at: Workspace, signal: int, x: float) -> Lanes:
+    """1 where the polynomial through the points of a panel is not like a signal, which was looked at at this fraction
+    of it, else 0."""
+    a, b, c = value_of(sizes, at, 0, signal, 0), value_of(sizes, at, 0, signal, 1), value_of(sizes, at, 0, signal, 2)
+    d, e = value_of(sizes, at, 0, signal, 3), value_of(sizes, at, 0, signal, 4)
+    o, p, q, r = through(a, b, c, d, e)
+    found = load(signals(sizes, at, 0, ELSEWHERE), signal)
+    most = maximum(maximum(maximum(a, b), maximum(c, d)), maximum(e, found))
+    least = minimum(minimum(minimum(a, b), minimum(c, d)), minimum(e, found))
+    wrong = absolute(found - c - risen(splat(2.0 * x - 1.0), o, p, q, r))
+    allowed = maximum(UNLIKE * (most - least), ROUNDING * maximum(absolute(most), absolute(least)))
+    return choose(wrong > allowed, splat(1.0), 0.0)
+
+
+@apart
+def _opens(sizes: Sizes, at: Workspace, plan: Plan, n: int, cut: Mask) -> Mask:
+    """Where what is between the ends of the step matters to the nth that is kept, or the step is left."""
+    return cut | (load(at.measures + ROW * layout.KEPT_ROWS * n, KEPT_OPEN) != 0.0)
+
+
+@apart
+def _any_unlike(sizes: Sizes, at: Workspace, plan: Plan, cut: Mask, x: float) -> Lanes:
+    """The same of all that matters."""
+    found = splat(0.0)
+    for n in range(sizes.kept):
+        opens, unlike = _opens(sizes, at, plan, n, cut), splat(0.0)
+        value, condition = plan.kept[n, KEPT_SIGNAL], plan.kept[n, KEPT_CONDITION]
+        if value >= 0 and plan.straight[value] != 0:
+            unlike = _unlike(sizes, at, value, x)
+        if condition >= 0 and plan.straight[condition] != 0:
+            unlike = maximum(unlike, _unlike(sizes, at, condition, x))
+        for k in range(plan.kept[n, KEPT_BENDS]):
+            if plan.straight[plan.kept[n, KEPT_BEND] + k] != 0:
+                unlike = maximum(unlike, _unlike(sizes, at, plan.kept[n, KEPT_BEND] + k, x))
+        for k in range(plan.kept[n, KEPT_TURNS]):
+            if plan.straight[plan.kept[n, KEPT_TURN] + k] != 0:
+                unlike = maximum(unlike, _unlike(sizes, at, plan.kept[n, KEPT_TURN] + k, x))
+        found = maximum(found, choose(opens, unlike, 0.0))
+    return found
+
+
+@apart
+def _come_true(sizes: Sizes, at: Workspace, plan: Plan, until: Lanes, lanes: Mask) -> None:
+    """Where an event leaves a step, its condition is true in what is measured, too, also where it is not by rounding:
+    behind that it might never be."""
+    end = signals(sizes, at, 0, POINTS - 1)
+    for n in range(sizes.kept):
+        event, condition = plan.kept[n, KEPT_EVENT], plan.kept[n, KEPT_CONDITION]
+        if event >= 0:
+            now = load(end, condition)
+            happens = lanes & (load(at.conditions, 2 * layout.conditions(sizes) + event) <= until) & (now <= 0.0)
+            store(end, condition, choose(happens, splat(HOLDS), now))
+
+
+@apart
+def keep_panels(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan, t: Lanes, length: Lanes,
+    until: Lanes, whole: Lanes, good: Mask, cut: Mask,
+) -> None:  # fmt: skip
+    """Keep what has to be of so much of a step, in the lanes `good`; cut: where it is left."""
+    x, w, trust = splat(0.0), choose(good, splat(1.0), 0.0), splat(float(PATIENCE))
+    for _ in range(PANELS):
+        left = w > 0.0
+        if not any_lane(left):
+            return
+        low, high = x * whole, choose(x + w == 1.0, whole, (x + w) * whole)
+        look_along(kernels, sizes, at, t, length, low, high, 0)
+        unlike = splat(0.0)
+        for k in range(2):
+            part = 0.5 * (point(2 * k) + point(2 * k + 1))
+            look(kernels, sizes, at, t, length, low + part * (high - low), signals(sizes, at, 0, ELSEWHERE))
+            unlike = maximum(unlike, _any_unlike(sizes, at, plan, cut, part))
+        halved = left & (unlike > 0.0) & (trust > 0.0)
+        trust = choose(halved, trust - 1.0, choose(trust > 0.0, minimum(trust + 1.0, splat(float(PATIENCE))), trust))
+        done = left & (choose(halved, 1.0, 0.0) == 0.0)
+        if any_lane(done & cut & (high == whole)):
+            _come_true(sizes, at, plan, until, done & cut & (high == whole))
+        for n in range(sizes.kept):
+            opens = done & _opens(sizes, at, plan, n, cut)
+            if any_lane(opens):
+                keep_pieces(kernels, sizes, at, first, rows, plan, n, t, length, low, high, opens)
+        x = choose(done, x + w, x)
+        w = choose(halved, 0.5 * w, choose(left, minimum(2.0 * w, 1.0 - x), 0.0))
