@@ -105,7 +105,7 @@ def _keep_between(
             until = choose(seeks, maximum(there - finest, low), until)
         look_along(kernels, sizes, at, t, length, low, until, PIECE)
         end = signals(sizes, at, PIECE, POINTS - 1)
-        stages.commit(left & (until == last), end, signals(sizes, at, 0, POINTS - 1), sizes.signals)
+        stages.commit(left & (until >= last), end, signals(sizes, at, 0, POINTS - 1), sizes.signals)
         keep_within(kernels, sizes, at, first, rows, plan, n, t, length, low, until, PIECE, left)
         left = left & (place < high)
         low = choose(left, place, low)
