@@ -15,6 +15,7 @@ import numpy.typing as npt
 from lienumba.compiler.flat import Flat, kept
 
 Array = npt.NDArray[Any]
+NOTHING = 1e-10  # of the longest row of C, or of 1: what is no longer than that is rounding
 ELIMINATION = "lienumba.compiler.dense.elimination"
 EIGENVALUES, EIGENVECTORS = (f"lienumba.compiler.dense.{name}" for name in ("eigenvalues", "eigenvectors"))
 
@@ -49,12 +50,14 @@ def turned(A: Array) -> Array:
 
 
 def unit_rows(C: Array) -> tuple[Array, Array]:
-    """C with rows of length 1, and how long they were (runs, rows); 1 of those that are 0."""
+    """C with rows of length 1, and how long they were (runs, rows); 0 and 1 of those that are `NOTHING`."""
     squares = np.zeros(C.shape[:2])
     for n in range(C.shape[2]):
         squares += C[:, :, n] * C[:, :, n]
-    lengths = np.where(squares == 0.0, 1.0, np.sqrt(squares))
-    return C / lengths[:, :, None], lengths
+    longest = squares.max(axis=1, initial=1.0)[:, None]
+    says = ~(squares <= NOTHING * NOTHING * longest)  # also what is undefined
+    lengths = np.where(says, np.sqrt(squares), 1.0)
+    return np.where(says[:, :, None], C / lengths[:, :, None], 0.0), lengths
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from lienumba.integrators import codes
 from lienumba.integrators.tracing.linear.equilibrium import rest
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.mechanics.elements import quantities
+from lienumba.scenario.start.resting import rests_beyond
 from lienumba.store.linear_layout import EQUILIBRIA
 
 if TYPE_CHECKING:
@@ -66,12 +67,13 @@ def equilibrium(
     asked = Asked.of(scenario, 0.0, runs, overrides, allow_code)
     prepared = asked.prepared()
     tracer, model = FreedomTracer.of(prepared.model), prepared.nominal.model
-    (start,) = asked.states(tracer, prepared)
+    start = asked.start(tracer, prepared)
     check_states(tracer, start)
     labels = np.asarray(asked.labels)
     axes = (prepared.rotation or STILL) if rotation is None else turning(rotation)
     found = rest(tracer, prepared.model, start.rows, len(labels), axes)
-    status = np.where(prepared.codes == SUCCESS, found.status, codes.NONE_FOUND)
+    lasts = (prepared.codes == SUCCESS) & ~rests_beyond(tracer, prepared.model, found.rows, len(labels))
+    status = np.where(lasts, found.status, codes.NONE_FOUND)
     good = status != codes.NONE_FOUND
     states = States(labels, good, 0.0, found.rows, start.numbers)
     seen = visible(model, None)

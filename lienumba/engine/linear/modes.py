@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -93,7 +94,9 @@ def modes(
 def _eigenvalues(recorded: Recorded, states: Any, rotation: Any, shapes: bool) -> tuple[Array, Array | None]:
     """Eigenvalues (runs, modes) with an imaginary part of at least 0, ascending; and shapes (runs, modes, 6 k)."""
     with ThreadPoolExecutor(usable_cores()) as pool:  # which find eigenvalues while the next systems are made
-        tasks = [pool.submit(_of_systems, system, shapes) for system in recorded.systems(states, rotation)]
+        tasks = [
+            pool.submit(_of_systems, _moving(system, recorded), shapes) for system in recorded.systems(states, rotation)
+        ]
         pieces = [task.result() for task in tasks]
     widest = max((values.shape[1] for _, values, _ in pieces), default=0)
     total = np.full((len(states.labels), widest), NONE)
@@ -104,6 +107,14 @@ def _eigenvalues(recorded: Recorded, states: Any, rotation: Any, shapes: bool) -
         if every is not None and moved is not None:
             every[runs, : values.shape[1]] = moved
     return total, every
+
+
+def _moving(system: Systems, recorded: Recorded) -> Systems:
+    """Without states of laws that stand, as held ones do."""
+    equations = recorded.equations
+    first = system.A.shape[1] - len(equations.outputs["laws"])
+    kept = np.concatenate([np.arange(first), first + equations.moving])
+    return replace(system, A=system.A[:, kept][:, :, kept], bodies=system.bodies[:, :, kept])
 
 
 def _of_systems(system: Systems, shapes: bool) -> tuple[Array, Array, Array | None]:

@@ -51,11 +51,13 @@ class Records:
 
 def simulated(scenario: Scenario, prepared: Prepared, times: list[float]) -> dict[float, Records]:
     """The runs up to the last of these times, in the steps of the scenario; and, for each time that is none of their
-    ends, in steps that are a little shorter."""
-    h = scenario.data.integrator.step
+    ends, in steps that are a little shorter. At t = 0 all has changed that changes there."""
+    h, end = scenario.data.integrator.step, scenario.data.integrator.end_time
     between = [t for t in times if h is not None and count(t, h) is None]
     found = {}
-    if common := [t for t in times if t not in between]:
+    if 0.0 in times:
+        found[0.0] = _run(resolve({**scenario.to_dict(), "output": {"times": [end]}}), prepared, [0.0])
+    if common := [t for t in times if t > 0.0 and t not in between]:
         records = _run(resolve({**scenario.to_dict(), "output": {"times": common}}), prepared, common)
         found.update(dict.fromkeys(common, records))
     for t in between:
@@ -79,8 +81,8 @@ def _run(scenario: Scenario, prepared: Prepared, times: list[float]) -> Records:
     found = np.full((batch.runs, len(times), state_rows(program.sizes)), np.nan)
 
     def taken(chunk: Chunk) -> Chunk:
-        records = chunk.records[:, -len(times) :, : found.shape[2]]
-        found[chunk.runs] = per_run(records, len(chunk.codes))
+        records = chunk.records[:, :1] if times == [0.0] else chunk.records[:, -len(times) :]
+        found[chunk.runs] = per_run(records[:, :, : found.shape[2]], len(chunk.codes))
         return chunk
 
     workers = usable_cores()

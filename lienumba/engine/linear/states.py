@@ -128,17 +128,24 @@ class Asked:
     def states(self, tracer: FreedomTracer, prepared: Prepared) -> Iterator[States]:
         """At each of the times."""
         numbers, labels = split(prepared.model)[1], np.asarray(self.labels)
-        stored = self._stored(tracer, prepared)
-        later = sorted({t for t in self.times if t > 0.0 and t not in stored})
+        stored, changes = self._stored(tracer, prepared), bool(tracer.augmented.switches)
+        later = sorted({t for t in self.times if (t > 0.0 or changes) and t not in stored})
         records = simulated(self.scenario, prepared, later)
         for t in self.times:
-            if t == 0.0:
-                (rows, good), origin = _start(tracer, prepared), GIVEN
-            elif self.stored is not None and t in stored:
+            if t == 0.0 and not changes:
+                yield self.start(tracer, prepared)
+                continue
+            if self.stored is not None and t in stored:
                 (rows, good), origin = self.stored.rows(tracer, prepared, t), STORED
             else:
                 (rows, good), origin = records[t].rows(tracer, prepared, t), SIMULATED
             yield States(labels, good, t, rows, numbers, origin)
+
+    def start(self, tracer: FreedomTracer, prepared: Prepared) -> States:
+        """At t = 0, before anything changes there."""
+        rows = tracer.rows_at_start(prepared.model, np.asarray(prepared.states), prepared.angles)
+        numbers, good = split(prepared.model)[1], prepared.codes == SUCCESS
+        return States(np.asarray(self.labels), good, 0.0, rows, numbers, GIVEN)
 
     def _stored(self, tracer: FreedomTracer, prepared: Prepared) -> list[float]:
         """The times at which the states of all runs are known."""
@@ -160,12 +167,6 @@ class Asked:
                 else ("simulated where the dataset stores no such time")
             )
         return {"origin": ("time", np.asarray(origins, np.int8), attributes)}
-
-
-def _start(tracer: FreedomTracer, prepared: Prepared) -> tuple[list[Any], np.ndarray]:
-    """The rows of the states at t = 0, and which runs are there."""
-    rows = tracer.rows_at_start(prepared.model, np.asarray(prepared.states), prepared.angles)
-    return rows, prepared.codes == SUCCESS
 
 
 def _is_dataset(source: object) -> bool:

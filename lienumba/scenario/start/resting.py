@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from lienumba.integrators.codes import NONE_FOUND
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Counted, Model
 from lienumba.scenario.start.stops import begin_beyond
+
+if TYPE_CHECKING:
+    from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 
 
 @dataclass(frozen=True)
@@ -40,7 +43,7 @@ def resting(model: Model, states: np.ndarray, angles: Mapping[Counted, np.ndarra
     with np.errstate(all="ignore"):
         posture = tracer.posture(model, [tuple(found.rows[:first])], tuple(found.rows[first:]), 0.0)
         bodies = [np.broadcast_to(np.asarray(x, float), (runs,)) for body in posture.now.bodies for x in body]
-        beyond = begin_beyond(model, posture.now, runs)
+    beyond = rests_beyond(tracer, model, found.rows, runs)
     good = found.found & ~beyond & np.isfinite(bodies).all(axis=0)
     counted = dict(zip(tracer.augmented.angles, found.rows[first:], strict=False))
     return Resting(
@@ -49,6 +52,13 @@ def resting(model: Model, states: np.ndarray, angles: Mapping[Counted, np.ndarra
         {which: np.where(good, counted.get(which, angle), angle) for which, angle in angles.items()},
         np.where(good, found.status, NONE_FOUND).astype(np.int8),
     )
+
+
+def rests_beyond(tracer: "FreedomTracer", model: Model, rows: Sequence[Any], runs: int) -> np.ndarray:
+    """Which runs rest beyond a stop, or within a body that they may only touch (runs,)."""
+    first = len(rows) - tracer.augmented.rows
+    with np.errstate(all="ignore"):
+        return begin_beyond(model, tracer.posture(model, [tuple(rows[:first])], tuple(rows[first:]), 0.0).now, runs)
 
 
 def _with_laws(model: Model, laws: Mapping[str, Sequence[Any]], good: np.ndarray) -> Model:

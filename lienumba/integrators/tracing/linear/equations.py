@@ -141,6 +141,12 @@ class Equations:
     def _tape(self) -> Tape:
         return Tape.of([*self.values, *self.entries.values()])
 
+    @property
+    def moving(self) -> Any:
+        """The states of laws, by their numbers, that move by themselves: what is sampled or held does not."""
+        rates = [self.values[row] for row in self.outputs["laws"]]
+        return np.array([n for n, x in enumerate(rates) if not is_zero(x)], int)
+
     def only(self, columns: Sequence[str], outputs: Sequence[str] | None = None) -> "Equations":
         """With these derivatives alone; outputs: with these values alone, by default with all."""
         kept = self.outputs if outputs is None else outputs

@@ -40,6 +40,8 @@ STEPS = 400
 AWAY = 60  # steps in a row, each with a larger force: no joint turns so far, something flies away
 TO_AND_FRO = 20  # steps in a row, each with the force of the last but one: it will not come to rest
 HALVINGS = 12
+AT_REST = 1e-12  # of what the terms of the rate of a law's state can be: what may be left
+GROWS = 4.0  # times the largest rate there was, a step may make of such a rate
 DONE = 1e-13  # rad, and of the size: a step of Newton's that is shorter changes nothing
 ROUNDING = 1e-9  # of the largest force there was: what may be left where nothing falls any more
 QUIET = 1e-12  # rad, and of the size: how far forces may push in a step of Newton's where they are rounding
@@ -110,7 +112,7 @@ class _Motion:
 class _Search:
     """state: with all at rest; mu: multipliers of the rows in use (runs, m); held: 1 for those of places, else 0; most
     (runs,): how many rows say something; forces, constraints, constraint_slopes: parts of `equations` that a step needs
-    at several places, and which cost far less."""
+    at several places, and which cost far less; fastest (runs, s): the largest rates of laws' states there were."""
 
     def __init__(
         self, tracer: FreedomTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[Any]
@@ -119,7 +121,7 @@ class _Search:
         self.rotation = np.array([np.broadcast_to(np.asarray(x, float), (runs,)) for x in rotation])
         self.turns = (self.rotation != 0.0).any(axis=0)
         self.equations = Equations.of(tracer, _Held())
-        self.forces = self.equations.only((), ("along",))
+        self.forces = self.equations.only((), ("along", "laws"))
         self.constraints = self.equations.only(("a",), ("rows", "rates"))
         self.constraint_slopes = self.equations.only(("q", "v", "a"), ("rows", "rates"))
         self.tree = tracer.tree(tracer.graph()[1])
@@ -128,7 +130,7 @@ class _Search:
         self.state[self.rates] = 0.0
         self.numbers = split(model)[1]
         self.n, self.m = tracer.velocities, len(self.equations.used)
-        self.mu = np.zeros((runs, self.m))
+        self.mu, self.fastest = np.zeros((runs, self.m)), np.zeros((runs, len(self.equations.outputs["laws"])))
         levels = [c.level != "velocity" for c in constraints.constraints_of(tracer.graph()[1]) for _ in c.kinds]
         self.held = np.array([levels[row] for row in self.equations.used], float)
         self.sizes, self.most = self._sizes(), np.full(runs, min(self.m, self.n))
@@ -222,7 +224,7 @@ class _Search:
         will."""
         every, worst = np.arange(self.runs), self._unbalanced()
         (done, still), left, never = np.zeros((2, self.runs), bool), np.where(worst > 0.0, worst, np.nan), worst > 0.0
-        last, before = np.full(self.runs, np.inf), np.full((2, self.runs), np.nan)
+        last, before = np.full((2, self.runs), np.inf), np.full((2, self.runs), np.nan)
         repeated, grown = np.zeros((2, self.runs))
         for _ in range(STEPS):
             which = every[~done & ~never & np.isfinite(self.state).all(axis=0)]
@@ -234,10 +236,11 @@ class _Search:
             moved = self._moved(which, step)
             self.mu[which] += step.dmu * moved[:, None]
             size = moved * np.abs(step.dq / self.sizes[which]).max(axis=1, initial=0.0)
-            falls = step.force < last[which]
-            last[which] = np.minimum(last[which], step.force)
-            settled = (size < DONE) | (~falls & (size < np.sqrt(DONE)))
-            done[which] = settled & (step.newton | (step.force <= ROUNDING * worst[which]))
+            falls = np.array([step.force, step.restless]) < last[:, which]
+            last[:, which] = step.force, step.restless
+            settled = (size < DONE) | (~falls[0] & (size < np.sqrt(DONE)))
+            rests = (step.restless < AT_REST) | (~falls[1] & (step.restless < np.sqrt(DONE)))
+            done[which] = settled & rests & (step.newton | (step.force <= ROUNDING * worst[which]))
             as_before = np.abs(before[:, which] - step.force) <= ROUNDING * step.force
             repeated[which] = np.where(~as_before[0] & as_before[1], repeated[which] + 1, 0)
             grown[which] = np.where(step.force > before[0, which], grown[which] + 1, 0)
@@ -304,29 +307,36 @@ class _Search:
         Q, Qt, rank = rows.Q, turned(rows.Q), rows.rank
         K = -_by_places(at, "along", motion, runs) * D[:, None, :] * D[:, :, None]
         K, S = product(Qt, product(K, Q)), product(Qt, at.dense("along", "laws", runs) * D[:, :, None])
-        L = product(_by_places(at, "laws", motion, runs) * D[:, None, :], Q)
+        L, P = product(_by_places(at, "laws", motion, runs) * D[:, None, :], Q), at.dense("laws", "laws", runs)
+        rates = at.vector("laws", runs)
         along = product(Qt, at.vector("along", runs) * D)
         force = np.abs(product(Q, _free(along, rank))).max(axis=1, initial=0.0)
         values = np.nan_to_num(symmetric_values(0.5 * (K + turned(K)), rank))
+        through = solved(-P, L, np.zeros(runs, np.int64), SMALL)  # states of laws as they follow places at once
         largest = np.abs(values).max(axis=1, initial=0.0)
+        largest = np.maximum(largest, np.abs(np.nan_to_num(product(S, through))).max(axis=(1, 2), initial=0.0))
         falling = np.maximum(-values.min(axis=1, initial=0.0) - 1e-9 * largest, 0.0)
         still = force <= QUIET * largest  # what is left is rounding
         sigma = np.where(still, 0.0, np.maximum(SLOW * force / LONGEST, DOWNHILL * falling))
-        scale = np.maximum(np.abs(K).max(axis=(1, 2), initial=0.0) + sigma, 1e-300)
+        scale = np.maximum(np.maximum(np.abs(K).max(axis=(1, 2), initial=0.0), largest) + sigma, 1e-300)
         K = K + sigma[:, None, None] * np.eye(n)
         total = np.zeros((runs, n + s, n + s))
         total[:, :n, :n], total[:, :n, n:] = K / scale[:, None, None], -S / scale[:, None, None]
         total[:, n:, :n] = -L
-        total[:, n:, n:] = np.sqrt(sigma / scale)[:, None, None] * np.eye(s) - at.dense("laws", "laws", runs)
+        total[:, n:, n:] = np.sqrt(sigma / scale)[:, None, None] * np.eye(s) - P
         held = rows.within(-at.vector("positions", runs) / lengths)
-        right = [(along - product(K, held)) / scale[:, None], at.vector("laws", runs) + product(L, held)]
+        right = [(along - product(K, held)) / scale[:, None], rates + product(L, held)]
         x = solved(total, np.concatenate(right, axis=1), rank, SMALL)
         moved, ds = held + x[:, :n], x[:, n:]
         dmu = rows.multipliers(along - product(K, moved) + product(S, ds)) / lengths
         dq = product(Q, moved)
         size = np.abs(dq).max(axis=1, initial=0.0)
         short = np.minimum(1.0, LONGEST / np.maximum(size, 1e-300))
-        return _Step(dq * D, dmu, ds, force, short, still, (sigma <= 1e-3 * largest) | still)
+        states = np.abs(self.state[self.tree.state : self.tree.state + s, which]).T
+        terms = np.abs(L).sum(axis=2) + product(np.abs(P), states)
+        restless = (np.abs(rates) / np.maximum(terms, 1e-300)).max(axis=1, initial=0.0)
+        self.fastest[which] = np.maximum(self.fastest[which], np.abs(rates))
+        return _Step(dq * D, dmu, ds, force, restless, short, still, (sigma <= 1e-3 * largest) | still)
 
     def _moved(self, which: Array, step: "_Step") -> Array:
         """Move the states by as much of the step as leads to finite forces; how much that is."""
@@ -335,6 +345,8 @@ class _Search:
             new = self._elsewhere(old, part[:, None] * step.dq, part[:, None] * step.ds, which)
             _, at, _ = self._looked(new, which, self.forces)
             bad = ~np.isfinite(new).all(axis=0) | ~np.isfinite(at.vector("along", runs)).all(axis=1)
+            rates = np.abs(at.vector("laws", runs))
+            bad |= (~(rates <= GROWS * self.fastest[which]) & (self.fastest[which] > 0.0)).any(axis=1)
             if not bad.any():
                 break
             part[bad] *= 0.5
@@ -386,13 +398,15 @@ class _Search:
 
 @dataclass(frozen=True)
 class _Step:
-    """still: whether what is left is rounding; newton: whether the pseudo-transient part no longer counts; short: how
-    much of it is not too long."""
+    """restless: by how much states of laws do not rest, of what their rates can be; still: whether what is left of
+    forces is rounding; newton: whether the pseudo-transient part no longer counts; short: how much of it is not too
+    long."""
 
     dq: Array
     dmu: Array
     ds: Array
     force: Array
+    restless: Array
     short: Array
     still: Array
     newton: Array

@@ -76,10 +76,10 @@ def _fastest(near: Near) -> Array:
 def _systems(near: Near) -> Iterator[tuple[Array, Array]]:
     """x' = A x of the runs (indices) with as many freedoms, those of each kind together."""
     whole = _whole(near)
-    n, laws = near.sizes.shape[1], whole.shape[1] - 2 * near.sizes.shape[1]
+    n, laws = near.sizes.shape[1], near.at.equations.moving
     for y, z in np.unique(np.stack([near.places.rank, near.rows.rank], axis=1), axis=0):
         which = np.flatnonzero((near.places.rank == y) & (near.rows.rank == z))
-        kept = np.concatenate([np.arange(y, n), np.arange(n + z, 2 * n), np.arange(2 * n, 2 * n + laws)])
+        kept = np.concatenate([np.arange(y, n), np.arange(n + z, 2 * n), 2 * n + laws])
         yield which, whole[np.ix_(which, kept, kept)]
 
 

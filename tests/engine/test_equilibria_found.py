@@ -1,0 +1,114 @@
+"""Equilibria and modes of mechanisms that are turned in space, of states of laws, and near places that do not last."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import lienumba
+
+G = 9.81
+SHORT = {"integrator": {"step": 1e-3, "end_time": 0.1}}
+TURNS = [[0.0, 0.0, 1.0], [0.2, 0.0, 0.0], [0.2, 0.1, 0.3], [0.3, 0.7, -1.1]]
+
+
+def door(turn: list[float], hinges: int) -> dict[str, Any]:
+    """Of 20 kg on as many hinges along one axis, all of it turned, with a coil spring that shuts it."""
+    R = Rotation.from_rotvec(turn)
+    lie = np.roll(R.as_quat(), 1).tolist()
+    leaf = {
+        "name": "leaf",
+        "mass": 20,
+        "inertia": [2, 3, 1],
+        "position": R.apply([0.4, 0, 0.9]).tolist(),
+        "rotation": lie,
+    }
+    axis = R.apply([0, 0, 1]).tolist()
+    joints = [
+        {
+            "name": f"h{n}",
+            "type": "revolute",
+            "bodies": ["ground", "leaf"],
+            "at": R.apply([0, 0, z]).tolist(),
+            "axis": axis,
+        }
+        for n, z in enumerate((0.2, 1.6, 1.1)[:hinges])
+    ]
+    coil = {"type": "torsion_spring", "joint": "h0", "stiffness": 30, "damping": 5, "free_angle": 0.1}
+    model = {"gravity": [0, 0, -G], "bodies": [leaf], "joints": joints, "forces": [coil]}
+    return {"model": model, "quantities": [{"name": "hinge", "type": "joint", "joint": "h0"}], **SHORT}
+
+
+@pytest.mark.parametrize("hinges", [2, 3])
+@pytest.mark.parametrize("turn", TURNS)
+def test_more_hinges_than_it_takes_say_the_same(turn: list[float], hinges: int) -> None:
+    """All rows of the other hinges are redundant, and where nothing lies along an axis they are rounding."""
+    one, more = door(turn, 1), door(turn, hinges)
+    found, expected = lienumba.equilibrium(more), lienumba.equilibrium(one)
+    assert found.status.item() == expected.status.item() == 0
+    assert found["hinge.angle"].item() == pytest.approx(expected["hinge.angle"].item(), abs=1e-12)
+    of_one, of_more = lienumba.modes(one), lienumba.modes(more)
+    for name in ("growth", "angular_frequency"):
+        np.testing.assert_allclose(of_more[name].values, of_one[name].values, rtol=1e-9, atol=1e-9)
+    linear = lienumba.linearise(more)
+    assert np.sort_complex(np.linalg.eigvals(linear.A.values[0, 0])) == pytest.approx(
+        np.sort_complex(np.linalg.eigvals(lienumba.linearise(one).A.values[0, 0])), rel=1e-9
+    )
+
+
+def driven(forces: list[dict[str, Any]], inputs: dict[str, Any], gravity: float = 0.0) -> dict[str, Any]:
+    """A wheel on a hinge, or with gravity a pendulum."""
+    wheel = {
+        "name": "w",
+        "mass": 1,
+        "inertia": [0.1] * 3,
+        "position": [0, 0, -0.5 * (gravity > 0)],
+        "rotation": [1, 0, 0, 0],
+    }
+    hinge = {"name": "j", "type": "revolute", "bodies": ["ground", "w"], "at": [0, 0, 0], "axis": [0, 1, 0]}
+    seen = [{"name": "turn", "type": "joint", "joint": "j"}]
+    seen += [{"name": "s", "type": "expression", "value": f"inputs.{name}"} for name in inputs]
+    model = {"gravity": [0, 0, -gravity], "bodies": [wheel], "joints": [hinge], "forces": forces}
+    return {"model": model, "quantities": seen, "inputs": inputs, **SHORT}
+
+
+@pytest.mark.parametrize(
+    ("rate", "start", "rest"),
+    [("8 - inputs.T**3", 5.0, 2.0), ("8 - inputs.T**3", 0.5, 2.0), ("1 - exp(inputs.T - 2)", -3.0, 2.0)],
+)
+def test_states_of_laws_come_to_rest_beside_what_hangs_still(rate: str, start: float, rest: float) -> None:
+    found = lienumba.equilibrium(driven([], {"T": {"rate": rate, "start": start}}, G))
+    assert found.status.item() == 0
+    assert found["s"].item() == pytest.approx(rest, rel=1e-12)
+
+
+def test_a_state_that_never_rests_is_no_equilibrium() -> None:
+    assert lienumba.equilibrium(driven([], {"T": {"rate": "1 + 0*inputs.T", "start": 0.0}}, G)).status.item() == 1
+
+
+@pytest.mark.parametrize("load", [0.0, 0.7])
+@pytest.mark.parametrize("start", [0.0, 0.2])
+def test_a_servo_behind_a_filter_finds_its_place(start: float, load: float) -> None:
+    """Nothing but the filter's state holds the wheel: its place is 0.3 + load/kp, wherever the state begins."""
+    forces = [
+        {"name": "motor", "type": "actuator", "joint": "j", "value": "inputs.command"},
+        {"name": "load", "type": "actuator", "joint": "j", "value": load},
+    ]
+    inputs = {"command": {"value": "4*(0.3 - turn.angle) - turn.rate", "filter": 0.05, "start": start}}
+    found = lienumba.equilibrium(driven(forces, inputs))
+    assert found.status.item() == 0
+    assert found["turn.angle"].item() == pytest.approx(0.3 + load / 4, abs=1e-10)
+
+
+@pytest.mark.parametrize("angle", [3.1415, 3.141592, 3.14159265, 3.1415926535])
+def test_what_is_hardly_beside_an_unstable_place_comes_to_a_stable_one(angle: float) -> None:
+    bob = {"name": "w", "mass": 1, "inertia": [0.1] * 3}
+    hinge = {
+        "name": "j", "type": "revolute", "bodies": ["ground", "w"], "points": [[0, 0, 0], [0, 0, 0.5]],
+        "axes": [[0, 1, 0]] * 2, "references": [[1, 0, 0]] * 2, "angle": angle,
+    }  # fmt: skip
+    seen = {"name": "turn", "type": "joint", "joint": "j"}
+    found = lienumba.equilibrium({"model": {"bodies": [bob], "joints": [hinge]}, "quantities": [seen], **SHORT})
+    assert found.status.item() == 0
+    assert found["turn.angle"].item() == pytest.approx(0.0, abs=1e-10)
