@@ -184,9 +184,9 @@ def pass_discontinuities(lane: int, rows: Rows, first: Workspace, runs: ChunkRun
 
 
 @inlined
-def propose(lanes: Address, clock: Address, end: float, h: float) -> None:
+def propose(lanes: Address, clock: Address, end: float, h: float, cuts: bool) -> None:
     """The next step of each lane: as long as the controller wants it, but to a discontinuity at most, and not leaving a
-    tiny rest; h: of steps of one length, else 0."""
+    tiny rest; h: of steps of one length, else 0; cuts: whether one that is tried again is to end where it is said."""
     t, wanted = load(lanes, T), load(lanes, H)
     until = splat(end)
     begin = load(lanes, GRID) * h
@@ -198,7 +198,10 @@ def propose(lanes: Address, clock: Address, end: float, h: float) -> None:
     rest = until - t
     if h == 0.0:
         half = choose(2.0 * wanted > rest, t + 0.5 * rest, t + wanted)
+        cut = choose(wanted < rest, t + wanted, until)
         until = choose(1.01 * wanted >= rest, until, half)
+        if cuts:
+            until = choose(load(lanes, BACK) != 0.0, cut, until)
     length = until - t
     if h > 0.0:
         length = choose((until == grid) & (t == begin), splat(h), length)

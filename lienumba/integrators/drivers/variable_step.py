@@ -278,7 +278,7 @@ def drive(
             fresh = False
         if kernels[layout.EXPAND] != 0:
             _expand(kernels, at, pace)
-        propose(lanes, at.clock, pace[END], pace[STEP])
+        propose(lanes, at.clock, pace[END], pace[STEP], kernels[layout.EXPAND] != 0)
         if kernels[layout.NEWTON] != 0 and sizes.weakens != 0:
             straddle(sizes, at, pace[STEP], pace[END])
         t, length, until = load(lanes, T), load(at.clock, layout.LENGTH), load(lanes, UNTIL)

@@ -11,12 +11,12 @@ NEARER = 0.125  # of a part: how far beside the least value the second parabola 
 Gap = Callable[[Number], Number]
 
 
-def crossing(gap: Gap, h: Number) -> Number:
-    """Between 0 and h; 2 h if there is none. Two within a part of the step are found where the gap is least between
-    them.
+def crossing(gap: Gap, h: Number, beyond: Number) -> tuple[Number, Number]:
+    """Between 0 and h, and where a step is to end for it: at most `beyond` behind; 2 h if there is none. Two within a
+    part of the step are found where the gap is least between them.
 
-    By false positions (Illinois) from where the sign is another one. Where these end early, so does the step, and the
-    next one has the rest.
+    By false positions (Illinois) from where the sign is another one. Where these end early, a step is to end where the
+    gap has closed: from there it is sought again.
     """
     times = [(n / SAMPLES) * h for n in range(SAMPLES + 1)]
     values = [gap(t) for t in times]
@@ -31,7 +31,11 @@ def crossing(gap: Gap, h: Number) -> Number:
         passed = values[n] < 0.0
         low, at_low = where(passed, times[n - 1], low), where(passed, values[n - 1], at_low)
         high, at_high = where(passed, times[n], high), where(passed, values[n], at_high)
-    return where(at_high < 0.0, _root(upright, (low, at_low), (high, at_high)), 2.0 * h)
+    first = _root(upright, (low, at_low), (high, at_high))
+    directly = first + beyond
+    known = where(upright(directly) < 0.0, 1.0, where(high < h - beyond, 0.0, 1.0))
+    end = where(known > 0.0, directly, high)
+    return where(at_high < 0.0, first, 2.0 * h), where(at_high < 0.0, end, 2.0 * h)
 
 
 def _least(gap: Gap, h: Number, times: list[Number], values: list[Number]) -> tuple[Number, Number]:

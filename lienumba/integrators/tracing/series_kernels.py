@@ -81,10 +81,10 @@ def _expand(tracer: Tracer) -> Expansion:
     places = {row: n for n, row in enumerate(rows)}
     work = len(rows) + 1
     sound = work + len(power)
-    size = _length(tracer, places, made)
+    size, uncut = _lengths(tracer, places, made)
     control = layout.control_row(sizes)
     outputs = [
-        (control + layout.ERROR, 0.0), (control + layout.FACTOR, size), (control + layout.REMEMBERED, size),
+        (control + layout.ERROR, 0.0), (control + layout.FACTOR, size), (control + layout.REMEMBERED, uncut),
     ]  # fmt: skip
     kernel = SeriesKernel("expand", made, tracer.method.order, layout.series_row(sizes), outputs)
     behind = sound + 2 + len(angles)
@@ -113,7 +113,13 @@ def compared(
 def _gaps(tracer: Tracer, graph: Graph, model: Model, values: Sequence[Any]) -> list[Any]:
     """The differences of all numbers that laws compare: where one changes its sign, another branch begins."""
     t, within = graph.input("clock", layout.TIME), graph.input("clock", layout.MIDDLE)
-    return [node.args[0] - node.args[1] for node in compared(tracer, graph, model, t, within, values)]
+    return [_gap(node) for node in compared(tracer, graph, model, t, within, values)]
+
+
+def _gap(node: Symbol) -> Any:
+    """Of a comparison: below 0 where, and only where, it is something else than where both sides are equal."""
+    x, y = node.args
+    return x - y if node.op == "<" else y - x
 
 
 def _integrated(tracer: Tracer, model: Model, rates: Sequence[Any], others: Sequence[Any]) -> list[int]:
@@ -139,8 +145,9 @@ def _read(values: Sequence[Any]) -> list[int]:
     return sorted({int(x.args[1]) for x in live(values) if x.op == "input" and x.args[0] == "state"})
 
 
-def _length(tracer: Tracer, places: dict[int, int], made: Orders) -> Number:
-    """From the last two coefficients."""
+def _lengths(tracer: Tracer, places: dict[int, int], made: Orders) -> tuple[Number, Number]:
+    """How long a step may be, from the last two coefficients, and the same within what is left of the run, or until F
+    jumps: a series that ends by itself, as in a fall, has endless steps."""
     graph, model = tracer.graph()
     tolerance = graph.inputs("clock", layout.TOLERANCES, layout.TOLERANCE)
     found = []
@@ -154,7 +161,8 @@ def _length(tracer: Tracer, places: dict[int, int], made: Orders) -> Number:
             numbers = [graph.input("state", row) for row in rows]
             worst = maximum(_square(coefficients) / _allowed(tolerance, part, numbers), worst)
         found.append((order, worst))
-    return taylor.length(found)
+    size, t, within = taylor.length(found), graph.input("clock", layout.TIME), graph.input("clock", layout.MIDDLE)
+    return size, minimum(size, 2.0 * (within - t))
 
 
 def _square(numbers: Sequence[Number]) -> Number:
@@ -256,14 +264,16 @@ def _cut(tracer: Tracer, graph: Graph, made: Expansion, h: Number) -> tuple[Numb
     first branch certainly holds (s)."""
     t, tolerance = graph.input("clock", layout.TIME), graph.input("clock", layout.TOLERANCE)
     uncut = graph.input("extra", layout.control_row(tracer.sizes) + layout.REMEMBERED)
-    beyond = BEYOND * tolerance * minimum(uncut, h)  # a series that ends by itself, as in a fall, has endless steps
+    beyond = BEYOND * tolerance * uncut
     beyond = maximum(beyond, LEAST_BEYOND * (t + h))
     first: Number = 2.0 * h
+    end: Number = 2.0 * h
     for place in made.gaps:
-        first = minimum(gaps.crossing(partial(_sum, tracer, graph, made, place), h), first)
-    late = h - first > 2.0 * beyond
+        closes, by = gaps.crossing(partial(_sum, tracer, graph, made, place), h, beyond)
+        first, end = minimum(closes, first), minimum(by, end)
+    late = h - end > beyond
     holds = where(first <= h, maximum(first - BEFORE * beyond, 0.0), h)
-    return where(late, 2.0, 0.0), where(late, (first + beyond) / h, 1.0), holds
+    return where(late, 2.0, 0.0), where(late, end / h, 1.0), holds
 
 
 def _defect(tracer: Tracer, made: Expansion) -> Kernel:

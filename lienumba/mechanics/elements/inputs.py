@@ -257,8 +257,9 @@ class StateInput(InputType):
         rate, limits = cls.command(model, quantity, view), cls.limits_of(model, quantity, view)
         if limits is None:
             return rate
-        low, high = limits
-        return where(state >= high, minimum(rate, 0.0), where(state <= low, maximum(rate, 0.0), rate))
+        low, high = limits  # one comparison each: a step ends where the state stops or goes on, and nowhere else
+        above, below = minimum(rate, state - high), minimum(-rate, low - state)
+        return where(above >= 0.0, 0.0, where(below >= 0.0, 0.0, rate))
 
 
 INPUTS_BY_FORM: dict[str, type[InputType]] = {
