@@ -35,6 +35,7 @@ from lienumba.integrators.drivers.switching.reactions import Reactions
 from lienumba.integrators.drivers.workspace import Places, Rows
 from lienumba.integrators.layout import (
     ACTION,
+    BEGINS,
     BILATERAL,
     CHANGED,
     ENGAGES,
@@ -111,9 +112,8 @@ def change(
         for lane in range(W):
             if rows[first.lanes + CHANGED, lane] != 0.0:
                 if rows[first.lanes + FREES, lane] == 0.0:
-                    reactions.hasten(
-                        rows, first, sizes, plan.switches, lane, n == 0 and rows[first.lanes + FRESH, lane] != 0.0
-                    )
+                    starts = n == 0 and rows[first.lanes + FRESH, lane] != 0.0
+                    reactions.hasten(rows, first, sizes, plan.switches, lane, starts, end)
                 if sizes.values > 0:
                     rows[first.lanes + HAD, lane] = _energy(sizes, first, rows, plan, lane)
                 _act(sizes, first, rows, plan, lane)
@@ -455,9 +455,9 @@ def _renew(
     sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int, end: float
 ) -> None:
     """Conditions after a change; those of events that became true by it happen now, those of switches say nothing of
-    what has just been decided."""
+    what has just been decided. Before a run has any events, none happens."""
     own, count = first.lanes, layout.conditions(sizes)
-    t, again, noise = rows[own + T, lane], False, 0.0
+    t, again, noise, begins = rows[own + T, lane], False, 0.0, rows[first.lanes + FRESH, lane] == BEGINS
     for s in range(sizes.switches):
         force = rows[first.following + sizes.events + layout.CONDITIONS * s + layout.OPENS, lane]
         if rows[first.state + layout.on_row(sizes) + s, lane] != OFF:
@@ -465,7 +465,7 @@ def _renew(
     for n in range(count):
         now = n < sizes.events and fired(sizes, first, rows, lane, n)
         old, new = rows[first.conditions + n, lane], rows[first.following + n, lane]
-        turned = n < sizes.events and new > 0.0 and not old > 0.0 and not now
+        turned = n < sizes.events and new > 0.0 and not old > 0.0 and not now and not begins
         rows[first.conditions + 2 * count + n, lane] = t if turned else NEVER
         if turned:
             keep_state(first, rows, runs, queue, lane, n, first.state)

@@ -14,6 +14,7 @@ from lienumba.integrators.drivers.switching.reactions import STILL
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     ACTION,
+    BEGINS,
     BILATERAL,
     CHANGED,
     CUT,
@@ -69,38 +70,56 @@ def _leaves(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -
 
 
 @apart
+def _look_at_start(kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, fresh: Mask) -> None:
+    """The conditions of runs that begin, none of which has come true yet."""
+    count = layout.conditions(sizes)
+    store(at.clock, layout.TIME, splat(0.0))
+    call(kernels[layout.EVENTS], at.state, at.parameters, at.clock, 0, at.following, at.work)
+    for n in range(2 * sizes.events):
+        row = layout.peak_row(sizes) + n
+        store(at.conditions, row, choose(fresh, 0.0, load(at.conditions, row)))
+    follow(sizes, at, at.following, fresh)
+    stages.commit(fresh, at.conditions, at.following, count)
+    for n in range(2 * count, 3 * count):
+        store(at.conditions, n, choose(fresh, splat(NEVER), load(at.conditions, n)))
+
+
+@apart
+def start_switches(kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows) -> None:
+    """With switches runs begin with a change: it says what touches, before any event is looked at."""
+    fresh = load(at.lanes, FRESH) != 0.0
+    _look_at_start(kernels, sizes, at, first, rows, fresh)
+    for lane in range(W):
+        if rows[first.lanes + FRESH, lane] != 0.0:
+            pass_over(sizes, first, rows, lane)
+    store(at.lanes, STATUS, choose(fresh, 0.0, load(at.lanes, STATUS)))
+    store(at.lanes, CHANGED, choose(fresh, splat(1.0), 0.0))
+    store(at.lanes, FRESH, choose(fresh, splat(BEGINS), 0.0))
+
+
+@apart
 def start_events(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
     plan: Plan,
 ) -> None:  # fmt: skip
-    """The conditions of runs that begin; one that is true at once is an event at the start. With switches runs begin
-    with a change: it says what touches."""
+    """The events of runs that begin: a condition that is true at once is one at the start."""
     count = layout.conditions(sizes)
-    fresh = load(at.lanes, FRESH) != 0.0
-    store(at.clock, layout.TIME, splat(0.0))
-    call(kernels[layout.EVENTS], at.state, at.parameters, at.clock, 0, at.following, at.work)
-    for n in range(2 * sizes.events):
-        store(
-            at.conditions,
-            layout.peak_row(sizes) + n,
-            choose(fresh, 0.0, load(at.conditions, layout.peak_row(sizes) + n)),
-        )
-    follow(sizes, at, at.following, fresh)
-    stages.commit(fresh, at.conditions, at.following, count)
+    _look_at_start(kernels, sizes, at, first, rows, load(at.lanes, FRESH) != 0.0)
+    store(at.lanes, CHANGED, splat(0.0))
     for lane in range(W):
-        if rows[first.lanes + FRESH, lane] != 0.0:
-            for condition in range(count):
-                true = condition < sizes.events and rows[first.conditions + condition, lane] > 0.0
-                rows[first.conditions + 2 * count + condition, lane] = 0.0 if true else NEVER
-                if true:
+        failed = sizes.switches > 0 and rows[first.lanes + STATUS, lane] != 0.0
+        if rows[first.lanes + FRESH, lane] != 0.0 and not failed:
+            for condition in range(sizes.events):
+                if rows[first.conditions + condition, lane] > 0.0:
+                    rows[first.conditions + 2 * count + condition, lane] = 0.0
                     keep_state(first, rows, runs, queue, lane, condition, first.state)
             sift(sizes, first, rows, runs, queue, plan, lane, 0.0)
             pass_over(sizes, first, rows, lane)
             stop, change = _leaves(sizes, first, rows, plan, lane)
             note(sizes, first, rows, runs, queue, lane, 0.0)
             rows[first.lanes + STATUS, lane] = codes.STOPPED if stop < NEVER else 0.0
-            changes = stop == NEVER and (change < NEVER or sizes.switches > 0)
-            rows[first.lanes + CHANGED, lane] = 1.0 if changes else 0.0
+            rows[first.lanes + CHANGED, lane] = 1.0 if stop == NEVER and change < NEVER else 0.0
+    store(at.lanes, FRESH, choose(load(at.lanes, FRESH) != 0.0, splat(1.0), 0.0))
 
 
 @apart

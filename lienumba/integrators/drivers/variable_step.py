@@ -16,7 +16,7 @@ from lienumba.integrators.drivers.acting import AT_ONCE
 from lienumba.integrators.drivers.changes import change
 from lienumba.integrators.drivers.dense_output import keep_between, keep_ends, observe, pending
 from lienumba.integrators.drivers.event_search import read_off
-from lienumba.integrators.drivers.events import find_events, leave, start_events
+from lienumba.integrators.drivers.events import find_events, leave, start_events, start_switches
 from lienumba.integrators.drivers.implicit import forget, shorten, solve_stages, straddle
 from lienumba.integrators.drivers.lane_queue import (
     END,
@@ -93,7 +93,9 @@ def _next_runs(
         commit(load(at.lanes, FRESH) != 0.0, at.state, at.new, layout.element_rows(sizes))
     explicit = pace[STEP] if kernels[layout.NEWTON] == 0 else 0.0
     if layout.conditions(sizes) > 0:
-        store(at.lanes, CHANGED, splat(0.0))
+        if sizes.switches > 0:
+            start_switches(kernels, sizes, at, first, rows)
+            change(kernels, sizes, at, first, rows, runs, queue, plan, pace[END], explicit, table, limit, tolerance)
         start_events(kernels, sizes, at, first, rows, runs, queue, plan)
         if any_lane(load(at.lanes, CHANGED) != 0.0):
             change(kernels, sizes, at, first, rows, runs, queue, plan, pace[END], explicit, table, limit, tolerance)

@@ -17,6 +17,7 @@ from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGEN
 from lienumba.integrators.sizes import Sizes
 
 STILL = 1e-9  # of the largest speed of a switch so far: what moves no faster than this is at rest
+SLOWEST = 1e-3  # of a length in a whole run: no speed that others are compared with is less
 SLOW = 1e-7  # the same: what slides slower has no direction of its own
 INDEPENDENT, NOISE = 1e-10, 1e-12  # of a row's own size, and of that alone: a pivot below says that others say the same
 RESTS, AT_ONCE, SMOOTHLY = 0.0, 1.0, 2.0  # sliding begins: with an acceleration, or where its limit is just reached
@@ -84,12 +85,15 @@ def touches(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, 
 
 
 @apart
-def hasten(rows: Rows, first: Workspace, sizes: Sizes, switches: Integers2, lane: int, begins: bool) -> None:
+def hasten(
+    rows: Rows, first: Workspace, sizes: Sizes, switches: Integers2, lane: int, begins: bool, end: float
+) -> None:
     """The largest speeds of a lane's switches so far, and the forces that give these within their lengths; begins: with
-    the run."""
+    the run, which lasts until `end`."""
     for s in range(sizes.switches):
         row, speed = first.change + layout.change_speeds(sizes) + s, number(rows, first, sizes, lane, s, layout.SPEED)
-        speed = speed if begins or speed > rows[row, lane] else rows[row, lane]
+        slowest = SLOWEST * number(rows, first, sizes, lane, s, layout.SIZE) / end
+        speed = max(speed, slowest) if begins or speed > rows[row, lane] else rows[row, lane]
         i = switches[s, SWITCH_FIRST]
         alone = rows[first.change + layout.border_alone(sizes) + i, lane]
         gives = max(rows[first.change + layout.border_place(i, i), lane], NOISE * alone)

@@ -55,8 +55,9 @@ def tangents(n: so3.Vec3, of: Number | None = None) -> tuple[so3.Vec3, so3.Vec3]
 
 
 def carried(n: so3.Vec3, kept: Vector) -> Vector:
-    """Along the tangents, a direction that was kept along those of a hemisphere: (d1, d2, hemisphere)."""
-    first, second = tangents(n, kept[2])
+    """Along the tangents, a direction that was kept along those of a hemisphere: (d1, d2, hemisphere), which is 0 where
+    nothing has been kept yet."""
+    first, second = tangents(n, where(kept[2] == 0.0, hemisphere(n), kept[2]))
     d = so3.axpy(kept[0], first, so3.scale(kept[1], second))
     return tuple(so3.dot(t, d) for t in tangents(n))
 
