@@ -26,6 +26,7 @@ from lienumba.integrators.methods import gaps, taylor
 from lienumba.integrators.tracing.tracer import Part, Tracer, flat
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import dynamics
+from lienumba.mechanics.system.switches import FRICTION, switches_of
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import maximum, minimum, sqrt, where
 
@@ -103,7 +104,9 @@ def compared(
 
     every, known = found(values), dict[int, Symbol]()
     if every and tracer.structure.looped:
-        free, augmented = replace(model, forces=()), tracer.augmented_rows(graph)
+        rubs = {switch.index for switch in switches_of(model) if switch.what == FRICTION}  # and so has rows of its own
+        free = replace(model, forces=tuple(force for n, force in enumerate(model.forces) if n in rubs))
+        augmented = tracer.augmented_rows(graph)
         posture = tracer.posture(free, tracer.state(graph, "state"), augmented, t, within)
         _, bare = tracer.moving(free, posture, tracer.mask(augmented), tracer.augmented.expected(augmented))
         known = found([*bare.accelerations, *bare.multipliers])

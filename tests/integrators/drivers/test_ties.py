@@ -60,3 +60,29 @@ def test_a_kink_directly_before_the_end(end: float) -> None:
     found = slide("clip(t - 0.2078, 0, 1) + where(p.displacement > 0.5*0.2075**2, 0, 1)", end)
     assert found.status.item() == 0
     assert found.rejected_steps.item() < 40
+
+
+def test_friction_that_sticks_beside_gears_and_stops() -> None:
+    """Friction has rows of its own, also where it is asked what an elimination compares without forces."""
+    wheels = [
+        {"name": n, "mass": 1, "inertia": [0.1, 0.1, i], "position": [x, 0, 0]}
+        for n, i, x in (("a", 0.02, 0.0), ("b", 0.15, 0.4))
+    ]
+    hinges = [
+        {"name": n.upper(), "type": "revolute", "bodies": ["ground", n], "at": [x, 0, 0], "axis": [0, 0, 1], "angle": 0}
+        for n, x in (("a", 0.0), ("b", 0.4))
+    ]
+    gear = {"name": "G", "type": "gear", "joints": ["A", "B"], "ratio": -0.25}
+    rubs = {"type": "friction", "name": "rubs", "joint": "B", "coulomb": 0.5, "static": 0.8}
+    motor = {"type": "actuator", "name": "motor", "joint": "A", "value": "0.5*t"}
+    model = {"gravity": [0, 0, 0], "bodies": wheels, "joints": [*hinges, gear], "forces": [rubs, motor]}
+    model["limits"] = [{"name": "stop", "joint": "B", "low": -0.6, "restitution": 0.5}]
+    seen = [{"name": "A", "type": "joint", "joint": "A"}]
+    ends = []
+    for method in ("taylor", "dop853"):
+        integrator = {"method": method, "tolerance": 1e-10, "end_time": 1.4, "max_step": 0.05}
+        found = lienumba.run({"model": model, "quantities": seen, "integrator": integrator, "output": {"every": 0.7}})
+        assert found.status.item() == 0
+        ends.append(found["A.angle"].values[0])
+    np.testing.assert_allclose(*ends, atol=1e-8)
+    assert ends[0][-1] > 0.1
