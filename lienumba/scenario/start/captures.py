@@ -34,7 +34,7 @@ def _of(model: Model, now: Instant, event: m.Event, end: float) -> Iterator[Prob
         yield Problem(place, rule, "correct its points, or those of these joints", joint.name)
     elif not model.drivers and _held(model, now, event.joint):
         names = [model.bodies[i].name if i >= 0 else "ground" for i in joint.bodies]
-        rule = f"can never close: it is open, and {names[0]} and {names[1]} cannot move against each other"
+        rule = f"can never close: it is open, and {listed(names)} cannot move against each other"
         yield Problem(place, rule, "correct its points, or give a joint that lets them move", joint.name)
     for name in _driven(model, now, event.joint, end):
         rule = f"can never hold: model.drivers.{name} moves its bodies against each other all the time"
@@ -45,6 +45,8 @@ def _driven(model: Model, now: Instant, index: int, end: float) -> Iterator[str]
     """The driver that alone moves the bodies of a joint against each other, by what the joint would hold, and stands
     still at no time of the run."""
     lasting = permanent(model)
+    if not _joins(model.joints[index]):
+        return
     most = rank.rank_of(lasting, now).rank
     for n, driver in enumerate(model.drivers if rank.rank_of(_welded(model, now, index), now).rank == most else ()):
         left = replace(model, drivers=(*model.drivers[:n], *model.drivers[n + 1 :]))
@@ -80,7 +82,13 @@ def _held(model: Model, now: Instant, index: int) -> bool:
     gaps, (reach, far, _) = constraints.residual(closed, now)[rows], constraints.sizes(closed, now)
     if not any(abs(gap) > APART * (x + y) for gap, x, y in zip(gaps, reach[rows], far[rows], strict=True)):
         return False
-    return rank.rank_of(_welded(model, now, index), now).rank == rank.rank_of(permanent(model), now).rank
+    stiff = _welded(model, now, index) if _joins(model.joints[index]) else closed
+    return rank.rank_of(stiff, now).rank == rank.rank_of(permanent(model), now).rank
+
+
+def _joins(joint: Joint) -> bool:
+    """Whether a joint is one of two bodies, and not of other joints."""
+    return len(joint.bodies) == 2
 
 
 def _meets(joint: Joint) -> bool:

@@ -80,3 +80,28 @@ def test_moving_a_loop_together_keeps_the_energy_residual(coordinates: str) -> N
     assert abs(ds.change_energy[0, 0]) > 0.01
     assert abs(ds.energy_residual[0]).max() < 1e-10
     assert float(ds.max_position_violation[0]) < 1e-11
+
+
+@pytest.mark.parametrize("coordinates", ["lie", "joint"])
+def test_a_gear_that_is_engaged(coordinates: str) -> None:
+    """A clutch of two wheels: the impulse leaves a (J_a + J_b/16) = J_a a_0 and b = -a/4."""
+    wheels = [{"name": n, "mass": 1, "inertia": [0.1, 0.1, i], "position": [x, 0, 0]} for n, i, x in
+              (("a", 0.02, 0.0), ("b", 0.1, 0.4))]  # fmt: skip
+    shaft = {"type": "revolute", "axis": [0, 0, 1], "angle": 0}
+    shafts = [
+        shaft | {"name": "A", "bodies": ["ground", "a"], "at": [0, 0, 0], "rate": 2},
+        shaft | {"name": "B", "bodies": ["ground", "b"], "at": [0.4, 0, 0]},
+    ]
+    gear = {"name": "G", "type": "gear", "joints": ["A", "B"], "ratio": -0.25, "active": False}
+    found = lienumba.run(
+        {
+            "model": {"gravity": [0, 0, 0], "bodies": wheels, "joints": [*shafts, gear]},
+            "quantities": [{"name": n, "type": "joint", "joint": n} for n in "AB"],
+            "events": [{"name": "e", "when": "t > 0.5", "action": "engage", "joint": "G", "closing": 10}],
+            "integrator": {"tolerance": 1e-11, "end_time": 1.0, "coordinates": coordinates},
+            "output": {"every": 0.5},
+        }
+    )
+    after = 2 * 0.02 / (0.02 + 0.1 / 16)
+    np.testing.assert_allclose(found["A.rate"].values[0], [2, 2, after], rtol=1e-10)
+    np.testing.assert_allclose(found["B.rate"].values[0, 1:], [0, -after / 4], atol=1e-10)
