@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 import lienumba
@@ -99,6 +100,26 @@ def test_a_servo_behind_a_filter_finds_its_place(start: float, load: float) -> N
     found = lienumba.equilibrium(driven(forces, inputs))
     assert found.status.item() == 0
     assert found["turn.angle"].item() == pytest.approx(0.3 + load / 4, abs=1e-10)
+
+
+@pytest.mark.parametrize("kp", [50.0, 500.0, 1e4, 1e6])
+@pytest.mark.parametrize("angle", [0.0, -0.25, 0.5])
+def test_a_servo_at_its_limit_comes_to_where_it_holds(kp: float, angle: float) -> None:
+    """30 N m to either side, and stiff within 30/kp alone: a step from one limit to the other is too long."""
+    arm = {"name": "w", "mass": 1, "inertia": [0.1] * 3}
+    hinge = {
+        "name": "j", "type": "revolute", "bodies": ["ground", "w"], "points": [[0, 0, 0], [-0.5, 0, 0]],
+        "axes": [[0, 1, 0]] * 2, "references": [[1, 0, 0]] * 2, "angle": angle,
+    }  # fmt: skip
+    motor = {"type": "actuator", "joint": "j", "value": "inputs.hold"}
+    scenario = {
+        "model": {"gravity": [0, 0, -G], "bodies": [arm], "joints": [hinge], "forces": [motor]},
+        "inputs": {"hold": {"joint": "j", "kp": kp, "kd": 0.05 * kp, "target": -0.3, "limit": 30}},
+        "quantities": [{"name": "turn", "type": "joint", "joint": "j"}],
+    } | SHORT
+    found, held = lienumba.equilibrium(scenario), brentq(lambda x: kp * (-0.3 - x) + G * 0.5 * np.cos(x), -0.35, 0)
+    assert found.status.item() == 0
+    assert found["turn.angle"].item() == pytest.approx(held, abs=1e-10)
 
 
 @pytest.mark.parametrize("angle", [3.1415, 3.141592, 3.14159265, 3.1415926535])

@@ -40,6 +40,7 @@ STEPS = 400
 AWAY = 60  # steps in a row, each with a larger force: no joint turns so far, something flies away
 TO_AND_FRO = 20  # steps in a row, each with the force of the last but one: it will not come to rest
 HALVINGS = 12
+TURNS = 0.5  # of what forces do in a step: what they may take back at its end
 AT_REST = 1e-12  # of what the terms of the rate of a law's state can be: what may be left
 GROWS = 4.0  # times the largest rate there was, a step may make of such a rate
 DONE = 1e-13  # rad, and of the size: a step of Newton's that is shorter changes nothing
@@ -336,7 +337,8 @@ class _Search:
         terms = np.abs(L).sum(axis=2) + product(np.abs(P), states)
         restless = (np.abs(rates) / np.maximum(terms, 1e-300)).max(axis=1, initial=0.0)
         self.fastest[which] = np.maximum(self.fastest[which], np.abs(rates))
-        return _Step(dq * D, dmu, ds, force, restless, short, still, (sigma <= 1e-3 * largest) | still)
+        push = (along * moved).sum(axis=1)
+        return _Step(dq * D, dmu, ds, force, push, restless, short, still, (sigma <= 1e-3 * largest) | still)
 
     def _moved(self, which: Array, step: "_Step") -> Array:
         """Move the states by as much of the step as leads to finite forces; how much that is."""
@@ -347,6 +349,8 @@ class _Search:
             bad = ~np.isfinite(new).all(axis=0) | ~np.isfinite(at.vector("along", runs)).all(axis=1)
             rates = np.abs(at.vector("laws", runs))
             bad |= (~(rates <= GROWS * self.fastest[which]) & (self.fastest[which] > 0.0)).any(axis=1)
+            back = (at.vector("along", runs) * step.dq).sum(axis=1) < -TURNS * step.push
+            bad |= back & ~step.newton  # far beyond where forces vanish, as of a servo at its limit on either side
             if not bad.any():
                 break
             part[bad] *= 0.5
@@ -398,14 +402,15 @@ class _Search:
 
 @dataclass(frozen=True)
 class _Step:
-    """restless: by how much states of laws do not rest, of what their rates can be; still: whether what is left of
-    forces is rounding; newton: whether the pseudo-transient part no longer counts; short: how much of it is not too
-    long."""
+    """push: what the forces at its start do in it; restless: by how much states of laws do not rest, of what their
+    rates can be; still: whether what is left of forces is rounding; newton: whether the pseudo-transient part no longer
+    counts; short: how much of it is not too long."""
 
     dq: Array
     dmu: Array
     ds: Array
     force: Array
+    push: Array
     restless: Array
     short: Array
     still: Array
