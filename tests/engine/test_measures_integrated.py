@@ -91,3 +91,23 @@ def test_what_is_nothing_but_rounding_does_not_hold_a_run_up() -> None:
     integrator = {"method": "dop853", "tolerance": 1e-10, "end_time": 10.0}
     (found,) = measured(SWINGING | {"integrator": integrator}, ["rms((p.x**2 + p.z**2 - 1)*1e9)"])
     assert 0 <= found < 10
+
+
+def test_no_run_feels_its_neighbours() -> None:
+    """Runs that need many panels, beside others that need few, and alone."""
+    rates = {"bodies.b.angular_velocity[2]": [0.1, 3.0, 50.0, 0.7, 11.0, 2.0, 0.01, 7.0, 1.0]}
+    scenario = TURNING | {"integrator": {"method": "dop853", "tolerance": 1e-8, "end_time": END}}
+    scenario |= {"sweep": {"sampler": "table", "table": {"columns": rates}}}
+    texts = [
+        "rms(p.x)",
+        "mean(abs(p.y))",
+        "integral(max(p.x, p.y, 0.2))",
+        "max(min(p.x, p.y))",
+        "integral(mod(p.x, 0.3))",
+    ]
+    scenario |= {"measures": [{"name": f"m{n}", "value": text} for n, text in enumerate(texts)]}
+    together = lienumba.run(scenario)
+    for run in range(9):
+        alone = lienumba.run(scenario, runs=[run])
+        for n in range(len(texts)):
+            assert alone[f"m{n}"].values[0] == together[f"m{n}"].values[run]

@@ -94,7 +94,7 @@ def _by_panels(
                 z = _seen(kernels, sizes, at, t, length, low, high, x + (0.5 + 0.5 * point(k)) * w, value)
                 earlier, later = earlier + _weight(k) * y, later + _weight(k) * z
                 begin, end = begin + _simpson(k) * y, end + _simpson(k) * z
-                size = maximum(size, maximum(absolute(y), absolute(z)))
+                size = choose(divided, maximum(size, maximum(absolute(y), absolute(z))), size)
             nearer, halves = minimum(absolute(earlier - begin), absolute(later - end)), 0.5 * (earlier + later)
             tries = choose(nearer > CONVERGES * differ, stuck + 1.0, splat(0.0))
             stuck = choose(divided & (stuck <= PATIENCE), tries, stuck)
