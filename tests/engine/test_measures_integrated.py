@@ -98,13 +98,8 @@ def test_no_run_feels_its_neighbours() -> None:
     rates = {"bodies.b.angular_velocity[2]": [0.1, 3.0, 50.0, 0.7, 11.0, 2.0, 0.01, 7.0, 1.0]}
     scenario = TURNING | {"integrator": {"method": "dop853", "tolerance": 1e-8, "end_time": END}}
     scenario |= {"sweep": {"sampler": "table", "table": {"columns": rates}}}
-    texts = [
-        "rms(p.x)",
-        "mean(abs(p.y))",
-        "integral(max(p.x, p.y, 0.2))",
-        "max(min(p.x, p.y))",
-        "integral(mod(p.x, 0.3))",
-    ]
+    texts = ["rms(p.x)", "mean(abs(p.y))", "integral(max(p.x, p.y, 0.2))", "max(min(p.x, p.y))"]
+    texts += ["integral(mod(p.x, 0.3))", "integral(exp(-((20*p.x)**2)))", "integral(exp(-((9*p.y - 3)**2)))"]
     scenario |= {"measures": [{"name": f"m{n}", "value": text} for n, text in enumerate(texts)]}
     together = lienumba.run(scenario)
     for run in range(9):
