@@ -404,7 +404,7 @@ def _go_on(
             rows[first.lanes + STATUS, lane] = codes.CONTRADICTS
     for s in range(sizes.switches):  # what was, where conditions at the end of a step were
         rows[before + sizes.events + s, lane] = rows[on + s, lane]
-    said = modes.decide(r, rows, first, sizes, lane) if forces else complementarity.SOLVED
+    said = modes.decide(r, rows, first, sizes, lane, step) if forces else complementarity.SOLVED
     if step > 0.0 and forces:
         modes.blunt(r, rows, first, sizes, lane, step)
     used_rows.choose_rows(r, rows, first, sizes, lane)

@@ -62,7 +62,9 @@ def events(tracer: Tracer) -> Kernel:
         multipliers = tracer.moving(model, posture, mask, expected)[1].multipliers
         turns = any(switch.tangents > 1 for switch in tracer.augmented.switches)
         accelerations = tracer.observed(model, posture, mask, expected)[0] if turns else []
-        outputs += turning.conditions(model, posture.now, multipliers, accelerations, used)
+        explicit = not (tracer.method.adaptive or tracer.tableau.implicit)
+        step = graph.input("clock", layout.LENGTH) if explicit else 0.0
+        outputs += turning.conditions(model, posture.now, multipliers, accelerations, used, step)
         pushing = turning.pushing(model, posture.now, multipliers)
     else:
         outputs += [0.0] * (layout.CONDITIONS * len(tracer.augmented.switches))

@@ -39,6 +39,7 @@ SLIGHT = 1e-9  # of the largest force: what slips or leaves by less does not
 SHARING = 1e3  # times that: what is left of a force that is none where contacts share
 EDGE = 1e-6  # of the most that friction can be
 HEADS, CREEPS = 0.01, 0.75  # of `still`: how fast it is made to begin, in the one case and in the other
+WHIRLS = 0.5  # of a step; see `turning`
 FOLLOWS = 0.01  # of the fastest slip: what slips slower rests
 
 
@@ -137,8 +138,9 @@ def _stays(r: Reactions, switch: int, largest: float) -> bool:
 
 
 @apart
-def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> int:
-    """How every switch goes on, to the state; see `complementarity.solve`."""
+def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, step: float) -> int:
+    """How every switch goes on, to the state; see `complementarity.solve`. step: of explicit steps of given length (s),
+    else 0."""
     p, largest = r.problem, 0.0
     _may_act(r, rows, first, sizes, lane)
     for i in range(sizes.switched):
@@ -146,6 +148,8 @@ def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) 
             largest = max(largest, size(p.free[i]) / p.S[i, i])
     for _ in range(2 * sizes.switches + 1):  # what begins to slide has less friction: others may begin, too
         said = solve(p)
+        if said == 0 and step > 0.0 and _may_rest(r, rows, first, sizes, lane, step):
+            said = solve(p)
         if said != 0:
             return said
         if not _begin(r, rows, first, sizes, lane, largest) and not _settle(
@@ -153,6 +157,21 @@ def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) 
         ):
             break
     return 0
+
+
+@apart
+def _may_rest(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, step: float) -> bool:
+    """What slides so slowly that its friction stops it in less than half a step is at rest, if that can hold it, once
+    it has been found to be so; returns whether anything is."""
+    p, some = r.problem, False
+    for s in range(sizes.switches):
+        row, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS]
+        fired_ = _fired(rows, first, sizes, lane, s, layout.SLIDES)
+        if p.law[s] == SLIDES and tangents == 2 and fired_ and p.x[row] > 0.0:
+            stops = step * p.friction[s] * p.x[row] * max(p.S[row + 1, row + 1], p.S[row + 2, row + 2])
+            if along(r, s, r.rates) <= WHIRLS * (1.0 + EDGE) * stops:
+                p.law[s], p.friction[s], some = float(PRESSES), number(rows, first, sizes, lane, s, layout.STATIC), True
+    return some
 
 
 @apart

@@ -1,0 +1,75 @@
+"""What slides in a plane and comes to rest, by steps of one length, beside which friction turns too fast for these."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import lienumba
+
+G = 9.81
+STEPS = [("rk4", 1e-2), ("rk4", 1e-3), ("dp54", 1e-2), ("dop853", 1e-2), ("heun", 1e-3)]
+
+
+def ran(model: dict[str, Any], integrator: dict[str, Any], end: float) -> Any:
+    found = lienumba.run({"model": model, "integrator": integrator | {"end_time": end}, "output": {"every": end}})
+    assert found.status.item() == 0
+    return found
+
+
+@pytest.mark.parametrize(("method", "step"), STEPS)
+@pytest.mark.parametrize("across", [0.03, -0.08])
+def test_a_puck_across_a_slope_stops(method: str, step: float, across: float) -> None:
+    """Friction of 0.45 on a slope of 0.4 rad, which it holds: against SciPy, within what a slip travels that is stopped
+    in half a step."""
+    slope, mu = 0.4, 0.45
+
+    def moved(t: float, y: np.ndarray) -> list[float]:
+        x, z = y[2:] / np.hypot(*y[2:])
+        return [y[2], y[3], G * np.sin(slope) - mu * G * np.cos(slope) * x, -mu * G * np.cos(slope) * z]
+
+    def stops(t: float, y: np.ndarray) -> float:
+        return float(np.hypot(y[2], y[3])) - 1e-8
+
+    stops.terminal = True  # type: ignore[attr-defined]
+    exact = solve_ivp(moved, (0, 2), [0, 0, 0.1, across], events=stops, rtol=1e-11, atol=1e-13, method="DOP853")
+    puck = {"name": "p", "mass": 2, "inertia": [0.1] * 3, "position": [0, 0, 0], "velocity": [0.1, across, 0]}
+    floor = {"name": "c", "type": "point_plane", "bodies": ["p", "ground"], "points": [[0, 0, 0]] * 2, "friction": mu}
+    gravity = [G * np.sin(slope), 0, -G * np.cos(slope)]
+    model = {"gravity": gravity, "bodies": [puck], "contacts": [floor | {"normal": [0, 0, 1]}]}
+    found = ran(model, {"method": method, "step": step}, 2.0)
+    assert found["mode"].values[0, -1] == 1
+    np.testing.assert_array_equal(found.last_velocity.values[0, 0], 0.0)
+    np.testing.assert_allclose(found.last_position.values[0, 0, :2], exact.y[:2, -1], atol=20 * step**2 + 1e-6)
+
+
+@pytest.mark.parametrize("step", [2e-3, 1e-3, 2.5e-4])
+def test_a_ball_in_a_groove_rolls_when_it_has_slipped(step: float) -> None:
+    """On two planes of different friction, of which it stops to slip at one after the other."""
+    radius, mass, planes = 0.1, 0.5, [(0.7, 0.4), (-0.5, 0.2)]
+    normals = [[0.0, float(np.sin(a)), float(np.cos(a))] for a, _ in planes]
+    middle = np.linalg.solve([n[1:] for n in normals], [radius] * 2).tolist()
+    ball = {"name": "b", "mass": mass, "inertia": [0.4 * mass * radius**2] * 3, "position": [0, *middle]}
+    side = {"type": "sphere_plane", "bodies": ["b", "ground"], "points": [[0, 0, 0]] * 2, "radius": radius}
+    contacts = [
+        side | {"name": f"c{k}", "normal": n, "friction": mu}
+        for k, (n, (_, mu)) in enumerate(zip(normals, planes, strict=True))
+    ]
+    moving = {"velocity": [0.8, 0, 0], "angular_velocity": [3, -8, 5]}
+    model = {"gravity": [0.8, 0, -G], "bodies": [ball | moving], "contacts": contacts}
+    exact, found = (ran(model, x, 1.5) for x in ({"tolerance": 1e-11}, {"method": "rk4", "step": step}))
+    assert found["mode"].values[0, -1].tolist() == exact["mode"].values[0, -1].tolist() == [1, 1]
+    for name in ("last_position", "last_velocity"):
+        np.testing.assert_allclose(found[name].values, exact[name].values, atol=2e-5)
+    spin = (np.linalg.norm(x.last_angular_velocity.values) for x in (found, exact))
+    assert next(spin) == pytest.approx(next(spin), abs=1e-6)
+
+
+def test_what_slides_straight_on_stops_where_it_stops() -> None:
+    """Nothing turns there, and no slip is taken for rest: to the order of the method."""
+    block = {"name": "p", "mass": 2, "inertia": [0.1] * 3, "position": [0, 0, 0], "velocity": [0.7, 0, 0]}
+    floor = {"name": "c", "type": "point_plane", "bodies": ["p", "ground"], "points": [[0, 0, 0]] * 2, "friction": 0.3}
+    model = {"gravity": [0, 0, -G], "bodies": [block], "contacts": [floor | {"normal": [0, 0, 1]}]}
+    found = ran(model, {"method": "rk4", "step": 1e-2}, 1.0)
+    assert found.last_position.values[0, 0, 0] == pytest.approx(0.7**2 / (2 * 0.3 * G), abs=1e-10)
