@@ -18,7 +18,6 @@ from lienumba.numerics.grammar import LONGEST, Allowed, ExpressionError, NotAFor
 from lienumba.numerics.number import Number
 
 JUMPING = (*WHOLE, "sign", "where")
-KINKED = (*JUMPING, "abs", "min", "max", "clip")
 
 
 @dataclass(frozen=True)
@@ -100,14 +99,6 @@ class Formula:
             return dotted(node) == name
 
         return multiple(self._tree)
-
-    @property
-    def smooth(self) -> bool:
-        """Whether it has, as it is written, neither kinks nor jumps."""
-        nodes = ast.walk(self._tree)
-        if any(isinstance(x, ast.BoolOp) or (isinstance(x, ast.Compare) and len(x.ops) > 1) for x in nodes):
-            return False
-        return not self._calls(KINKED)
 
     @property
     def bends(self) -> "tuple[Formula, ...] | None":
