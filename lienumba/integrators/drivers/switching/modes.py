@@ -167,7 +167,8 @@ def _may_rest(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: in
     for s in range(sizes.switches):
         row, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS]
         fired_ = _fired(rows, first, sizes, lane, s, layout.SLIDES)
-        if p.law[s] == SLIDES and tangents == 2 and fired_ and p.x[row] > 0.0:
+        single = tangents == 2 and p.switches[s, layout.SWITCH_GRIP] < 0
+        if p.law[s] == SLIDES and single and fired_ and p.x[row] > 0.0:
             stops = step * p.friction[s] * p.x[row] * max(p.S[row + 1, row + 1], p.S[row + 2, row + 2])
             if along(r, s, r.rates) <= WHIRLS * (1.0 + EDGE) * stops:
                 p.law[s], p.friction[s], some = float(PRESSES), number(rows, first, sizes, lane, s, layout.STATIC), True

@@ -56,7 +56,7 @@ def conditions(
             rows = range(first + own.start, first + own.stop)[tangents]
             creeps = _creeps(model, now, lengths[switch.first], rates[own][tangents], rows, accelerations)
             back = maximum(back, creeps)
-            if switch.what == CONTACT and not is_zero(step):
+            if switch.what == CONTACT and not switch.grips and not is_zero(step):
                 whirls = _whirls(model, now, switch, reactions[0], rates[own][tangents], kept, step)
                 back = maximum(back, whirls)
         pushed = laws.length(reactions[tangents]) - _holds(model, switch, now, reactions)
