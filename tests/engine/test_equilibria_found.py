@@ -133,3 +133,50 @@ def test_what_is_hardly_beside_an_unstable_place_comes_to_a_stable_one(angle: fl
     found = lienumba.equilibrium({"model": {"bodies": [bob], "joints": [hinge]}, "quantities": [seen], **SHORT})
     assert found.status.item() == 0
     assert found["turn.angle"].item() == pytest.approx(0.0, abs=1e-10)
+
+
+def arm(**more: Any) -> dict[str, Any]:
+    """Of half a metre on a hinge, along x, with a weak coil spring."""
+    body = {"name": "w", "mass": 1, "inertia": [0.1] * 3, "position": [0.5, 0, 0]}
+    hinge = {"name": "j", "type": "revolute", "bodies": ["ground", "w"], "at": [0, 0, 0], "axis": [0, 1, 0]}
+    coil = {"type": "torsion_spring", "joint": "j", "stiffness": 1.0, "damping": 0.3, "free_angle": 0.0}
+    model = {"gravity": [0, 0, -G], "bodies": [body], "joints": [hinge], "forces": [coil]}
+    return {"model": model | more, "quantities": [{"name": "turn", "type": "joint", "joint": "j"}], **SHORT}
+
+
+def test_what_would_rest_beyond_a_stop_rests_nowhere_as_in_the_start() -> None:
+    stopped = arm(limits=[{"joint": "j", "low": -0.5, "high": 0.0}])
+    assert lienumba.equilibrium(stopped).status.item() == 1
+    assert lienumba.equilibrium(arm()).status.item() == 0
+    assert lienumba.equilibrium(arm(limits=[{"joint": "j", "low": -0.5, "high": 1.5}])).status.item() == 0
+
+
+@pytest.mark.parametrize("at", [0, 1e-3])
+def test_what_touches_or_sticks_at_the_start_does_so_in_its_modes(at: float) -> None:
+    """An arm that lies on its stop, or that friction holds, has none, at 0 as later; a ball on a floor rolls."""
+    sticks = arm(forces=[{"type": "friction", "name": "f", "joint": "j", "coulomb": 30, "static": 40}])
+    for held in (arm(limits=[{"joint": "j", "low": -0.5, "high": 0.0}]), sticks):
+        with pytest.raises(lienumba.ScenarioError, match="nothing of it can move"):
+            lienumba.modes(held, at=at)
+    free = lienumba.modes(arm(), at=at)
+    assert np.isfinite(free.growth.values).any()
+
+
+def test_what_sampled_laws_hold_is_no_mode() -> None:
+    def pd(j: Any, *, k: float, d: float) -> Any:
+        return j.effort(-k * j.angle - d * j.rate)
+
+    held = arm()
+    law = {
+        "type": "python",
+        "name": "law",
+        "function": pd,
+        "joints": ["j"],
+        "every": 0.05,
+    }
+    held["model"]["forces"] = [law | {"parameters": {"k": 5.0, "d": 1.0}}]
+    held["model"]["bodies"][0]["position"] = [0, 0, -0.5]
+    found = lienumba.modes(held)
+    assert found.sizes["mode"] == 1
+    assert found.angular_frequency.item() == pytest.approx(np.sqrt(G * 0.5 / (0.1 + 0.25)), rel=1e-9)
+    assert lienumba.equilibrium(held).status.item() == 0
