@@ -9,6 +9,7 @@ import copy
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import combinations, pairwise
 from typing import Any
 
@@ -100,7 +101,7 @@ class Formula:
 
         return multiple(self._tree)
 
-    @property
+    @cached_property
     def bends(self) -> "tuple[Formula, ...] | None":
         """Numbers at whose zeros it may have, as it is written, a kink or a jump, and nowhere else; None if there are
         no such ones."""

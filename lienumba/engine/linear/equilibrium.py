@@ -14,7 +14,7 @@ from lienumba.integrators import codes
 from lienumba.integrators.tracing.linear.equilibrium import rest
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.mechanics.elements import quantities
-from lienumba.scenario.start.resting import rests_beyond
+from lienumba.scenario.start.stops import begin_beyond
 from lienumba.store.linear_layout import EQUILIBRIA
 
 if TYPE_CHECKING:
@@ -72,7 +72,9 @@ def equilibrium(
     labels = np.asarray(asked.labels)
     axes = (prepared.rotation or STILL) if rotation is None else turning(rotation)
     found = rest(tracer, prepared.model, start.rows, len(labels), axes)
-    lasts = (prepared.codes == SUCCESS) & ~rests_beyond(tracer, prepared.model, found.rows, len(labels))
+    now = tracer.instant(prepared.model, found.rows, 0.0)
+    with np.errstate(all="ignore"):
+        lasts = (prepared.codes == SUCCESS) & ~begin_beyond(prepared.model, now, len(labels))
     status = np.where(lasts, found.status, codes.NONE_FOUND)
     good = status != codes.NONE_FOUND
     states = States(labels, good, 0.0, found.rows, start.numbers)

@@ -54,10 +54,8 @@ class States:
 
     def bodies(self, tracer: FreedomTracer, model: Model) -> np.ndarray:
         """The states of all bodies (runs, k, 18); NaN where a run is not there."""
-        elements = tracer.tree(model).state + tracer.laws
-        with np.errstate(all="ignore"):
-            posture = tracer.posture(model, [tuple(self.rows[:elements])], tuple(self.rows[elements:]), self.t)
-            found = [np.broadcast_to(x, self.labels.shape) for body in posture.now.bodies for x in body]
+        now = tracer.instant(model, self.rows, self.t)
+        found = [np.broadcast_to(x, self.labels.shape) for body in now.bodies for x in body]
         whole = np.stack(found, axis=1).reshape(len(self.labels), -1, ELEMENT)
         return np.where(self.good[:, None, None], whole, np.nan)
 

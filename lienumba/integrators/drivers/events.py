@@ -70,7 +70,7 @@ def _leaves(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -
 
 
 @apart
-def _look_at_start(kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, fresh: Mask) -> None:
+def _look_at_start(kernels: np.ndarray, sizes: Sizes, at: Workspace, fresh: Mask) -> None:
     """The conditions of runs that begin, none of which has come true yet."""
     count = layout.conditions(sizes)
     store(at.clock, layout.TIME, splat(0.0))
@@ -85,13 +85,10 @@ def _look_at_start(kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Work
 
 
 @apart
-def start_switches(kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows) -> None:
+def start_switches(kernels: np.ndarray, sizes: Sizes, at: Workspace) -> None:
     """With switches runs begin with a change: it says what touches, before any event is looked at."""
     fresh = load(at.lanes, FRESH) != 0.0
-    _look_at_start(kernels, sizes, at, first, rows, fresh)
-    for lane in range(W):
-        if rows[first.lanes + FRESH, lane] != 0.0:
-            pass_over(sizes, first, rows, lane)
+    _look_at_start(kernels, sizes, at, fresh)
     store(at.lanes, STATUS, choose(fresh, 0.0, load(at.lanes, STATUS)))
     store(at.lanes, CHANGED, choose(fresh, splat(1.0), 0.0))
     store(at.lanes, FRESH, choose(fresh, splat(BEGINS), 0.0))
@@ -104,7 +101,7 @@ def start_events(
 ) -> None:  # fmt: skip
     """The events of runs that begin: a condition that is true at once is one at the start."""
     count = layout.conditions(sizes)
-    _look_at_start(kernels, sizes, at, first, rows, load(at.lanes, FRESH) != 0.0)
+    _look_at_start(kernels, sizes, at, load(at.lanes, FRESH) != 0.0)
     store(at.lanes, CHANGED, splat(0.0))
     for lane in range(W):
         failed = sizes.switches > 0 and rows[first.lanes + STATUS, lane] != 0.0

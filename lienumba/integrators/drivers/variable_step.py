@@ -94,7 +94,7 @@ def _next_runs(
     explicit = pace[STEP] if kernels[layout.NEWTON] == 0 else 0.0
     if layout.conditions(sizes) > 0:
         if sizes.switches > 0:
-            start_switches(kernels, sizes, at, first, rows)
+            start_switches(kernels, sizes, at)
             change(kernels, sizes, at, first, rows, runs, queue, plan, pace[END], explicit, table, limit, tolerance)
         start_events(kernels, sizes, at, first, rows, runs, queue, plan)
         if any_lane(load(at.lanes, CHANGED) != 0.0):

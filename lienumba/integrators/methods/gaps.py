@@ -33,8 +33,7 @@ def crossing(gap: Gap, h: Number, beyond: Number) -> tuple[Number, Number]:
         high, at_high = where(passed, times[n], high), where(passed, values[n], at_high)
     first = _root(upright, (low, at_low), (high, at_high))
     directly = first + beyond
-    known = where(upright(directly) < 0.0, 1.0, where(high < h - beyond, 0.0, 1.0))
-    end = where(known > 0.0, directly, high)
+    end = where(upright(directly) < 0.0, directly, where(high < h - beyond, high, directly))
     return where(at_high < 0.0, first, 2.0 * h), where(at_high < 0.0, end, 2.0 * h)
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +11,6 @@ from lienumba.integrators.codes import NONE_FOUND
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Counted, Model
 from lienumba.scenario.start.stops import begin_beyond
-
-if TYPE_CHECKING:
-    from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 
 
 @dataclass(frozen=True)
@@ -40,10 +37,10 @@ def resting(model: Model, states: np.ndarray, angles: Mapping[Counted, np.ndarra
     runs, tracer = len(states), FreedomTracer.of(model)
     found = rest(tracer, model, tracer.rows_at_start(model, states, angles), runs, rotation, driven=True)
     first = len(found.rows) - tracer.augmented.rows
+    now = tracer.instant(model, found.rows, 0.0)
+    bodies = [np.broadcast_to(np.asarray(x, float), (runs,)) for body in now.bodies for x in body]
     with np.errstate(all="ignore"):
-        posture = tracer.posture(model, [tuple(found.rows[:first])], tuple(found.rows[first:]), 0.0)
-        bodies = [np.broadcast_to(np.asarray(x, float), (runs,)) for body in posture.now.bodies for x in body]
-    beyond = rests_beyond(tracer, model, found.rows, runs)
+        beyond = begin_beyond(model, now, runs)
     good = found.found & ~beyond & np.isfinite(bodies).all(axis=0)
     counted = dict(zip(tracer.augmented.angles, found.rows[first:], strict=False))
     return Resting(
@@ -52,13 +49,6 @@ def resting(model: Model, states: np.ndarray, angles: Mapping[Counted, np.ndarra
         {which: np.where(good, counted.get(which, angle), angle) for which, angle in angles.items()},
         np.where(good, found.status, NONE_FOUND).astype(np.int8),
     )
-
-
-def rests_beyond(tracer: "FreedomTracer", model: Model, rows: Sequence[Any], runs: int) -> np.ndarray:
-    """Which runs rest beyond a stop, or within a body that they may only touch (runs,)."""
-    first = len(rows) - tracer.augmented.rows
-    with np.errstate(all="ignore"):
-        return begin_beyond(model, tracer.posture(model, [tuple(rows[:first])], tuple(rows[first:]), 0.0).now, runs)
 
 
 def _with_laws(model: Model, laws: Mapping[str, Sequence[Any]], good: np.ndarray) -> Model:

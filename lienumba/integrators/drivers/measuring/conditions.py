@@ -10,7 +10,7 @@ from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, choose, load
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.event_search import finest_part, locate
+from lienumba.integrators.drivers.event_search import finest_part
 from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.drivers.measuring.keeping import keep_over
 from lienumba.integrators.drivers.measuring.points import (
@@ -18,6 +18,7 @@ from lienumba.integrators.drivers.measuring.points import (
     look,
     look_along,
     may_turn,
+    passing,
     signals,
     truth,
     turn,
@@ -36,7 +37,6 @@ from lienumba.integrators.layout import (
     KEPT_UNDEFINED,
     KEPT_VALUE,
     POINTS,
-    SEEKS,
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
@@ -69,12 +69,8 @@ def _keep_between(
     begins = lanes & (before <= 0.0) & (after > 0.0)
     ends = lanes & (before > 0.0) & (after <= 0.0)
     if any_lane(begins | ends):
-        sense = choose(before > 0.0, splat(-1.0), splat(1.0))
-        store(at.lanes, SEEKS, splat(float(condition)))
-        place = locate(
-            kernels, layout.MEASURE, at, first, rows, t, length, low, high, sense * before, sense * after,
-            begins | ends, splat(0.0) > 0.0, sense,
-        )  # fmt: skip
+        turns = begins | ends
+        place = passing(kernels, at, first, rows, t, length, low, high, condition, before, after, turns)
         low, high = choose(begins, place, low), choose(ends, maximum(place - finest_part(t, length), low), high)
         if plan.kept[n, KEPT_KIND] == COUNTS:
             known = load(kept, KEPT_VALUE)

@@ -13,18 +13,16 @@ from lienumba.integrators import layout
 from lienumba.integrators.drivers.acting import HOLDS
 from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.drivers.measuring.extremes import UNLIKE
-from lienumba.integrators.drivers.measuring.pieces import keep_pieces
+from lienumba.integrators.drivers.measuring.pieces import bend, keep_pieces
 from lienumba.integrators.drivers.measuring.points import look, look_along, point, risen, signals, through, value_of
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     ELSEWHERE,
-    KEPT_BEND,
     KEPT_BENDS,
     KEPT_CONDITION,
     KEPT_EVENT,
     KEPT_OPEN,
     KEPT_SIGNAL,
-    KEPT_TURN,
     KEPT_TURNS,
     POINTS,
     Workspace,
@@ -69,12 +67,10 @@ def _any_unlike(sizes: Sizes, at: Workspace, plan: Plan, cut: Mask, x: float) ->
             unlike = _unlike(sizes, at, value, x)
         if condition >= 0 and plan.straight[condition] != 0:
             unlike = maximum(unlike, _unlike(sizes, at, condition, x))
-        for k in range(plan.kept[n, KEPT_BENDS]):
-            if plan.straight[plan.kept[n, KEPT_BEND] + k] != 0:
-                unlike = maximum(unlike, _unlike(sizes, at, plan.kept[n, KEPT_BEND] + k, x))
-        for k in range(plan.kept[n, KEPT_TURNS]):
-            if plan.straight[plan.kept[n, KEPT_TURN] + k] != 0:
-                unlike = maximum(unlike, _unlike(sizes, at, plan.kept[n, KEPT_TURN] + k, x))
+        for k in range(plan.kept[n, KEPT_BENDS] + plan.kept[n, KEPT_TURNS]):
+            signal = bend(plan, n, k)
+            if plan.straight[signal] != 0:
+                unlike = maximum(unlike, _unlike(sizes, at, signal, x))
         found = maximum(found, choose(opens, unlike, 0.0))
     return found
 
@@ -96,13 +92,15 @@ def _come_true(sizes: Sizes, at: Workspace, plan: Plan, until: Lanes, lanes: Mas
 def keep_panels(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan, t: Lanes, length: Lanes,
     until: Lanes, whole: Lanes, good: Mask, cut: Mask,
-) -> None:  # fmt: skip
-    """Keep what has to be of so much of a step, in the lanes `good`; cut: where it is left."""
+) -> bool:  # fmt: skip
+    """Keep what has to be of so much of a step, in the lanes `good`; cut: where it is left. Whether it was divided, so
+    that its start is no longer among the points."""
+    divided = False
     x, w, trust = splat(0.0), choose(good, splat(1.0), 0.0), splat(float(PATIENCE))
     for _ in range(PANELS):
         left = w > 0.0
         if not any_lane(left):
-            return
+            return divided
         low, high = x * whole, choose(x + w == 1.0, whole, (x + w) * whole)
         look_along(kernels, sizes, at, t, length, low, high, 0)
         unlike = splat(0.0)
@@ -112,7 +110,7 @@ def keep_panels(
             unlike = maximum(unlike, _any_unlike(sizes, at, plan, cut, part))
         halved = left & (unlike > 0.0) & (trust > 0.0)
         trust = choose(halved, trust - 1.0, choose(trust > 0.0, minimum(trust + 1.0, splat(float(PATIENCE))), trust))
-        done = left & (choose(halved, 1.0, 0.0) == 0.0)
+        done, divided = left & (choose(halved, 1.0, 0.0) == 0.0), divided or any_lane(halved)
         if any_lane(done & cut & (high == whole)):
             _come_true(sizes, at, plan, until, done & cut & (high == whole))
         for n in range(sizes.kept):
@@ -121,3 +119,4 @@ def keep_panels(
                 keep_pieces(kernels, sizes, at, first, rows, plan, n, t, length, low, high, opens)
         x = choose(done, x + w, x)
         w = choose(halved, 0.5 * w, choose(left, minimum(2.0 * w, 1.0 - x), 0.0))
+    return divided

@@ -5,11 +5,10 @@ What is behind a bend belongs to the next piece, so that of a jump no side is se
 
 import numpy as np
 
-from lienumba.compiler.lanes import Lanes, Mask, any_lane, choose, load, splat, store
+from lienumba.compiler.lanes import Lanes, Mask, any_lane, choose, load, splat
 from lienumba.compiler.routines.marks import apart, inlined
-from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
-from lienumba.integrators.drivers.event_search import finest_part, locate
+from lienumba.integrators.drivers.event_search import finest_part
 from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.drivers.measuring.conditions import keep_within
 from lienumba.integrators.drivers.measuring.points import (
@@ -17,6 +16,7 @@ from lienumba.integrators.drivers.measuring.points import (
     look,
     look_along,
     may_turn,
+    passing,
     signals,
     truth,
     turn,
@@ -28,7 +28,6 @@ from lienumba.integrators.layout import (
     KEPT_TURN,
     KEPT_TURNS,
     POINTS,
-    SEEKS,
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
@@ -40,7 +39,7 @@ PIECES = 4  # for each bend, at most
 
 
 @inlined
-def _bend(plan: Plan, n: int, k: int) -> int:
+def bend(plan: Plan, n: int, k: int) -> int:
     """The kth signal at whose zeros a value or its condition bends."""
     own = plan.kept[n, KEPT_BENDS]
     return plan.kept[n, KEPT_BEND] + k if k < own else plan.kept[n, KEPT_TURN] + k - own
@@ -70,16 +69,11 @@ def _next_bend(
     look(kernels, sizes, at, t, length, high, end)
     place = splat(NOWHERE)
     for k in range(plan.kept[n, KEPT_BENDS] + plan.kept[n, KEPT_TURNS]):
-        signal = _bend(plan, n, k)
+        signal = bend(plan, n, k)
         before, after = load(begin, signal), load(end, signal)
         crosses = lanes & (((before > 0.0) & (after <= 0.0)) | ((before <= 0.0) & (after > 0.0)))
         if any_lane(crosses):
-            sense = choose(before > 0.0, splat(-1.0), splat(1.0))
-            store(at.lanes, SEEKS, splat(float(signal)))
-            there = locate(
-                kernels, layout.MEASURE, at, first, rows, t, length, low, high, sense * before, sense * after, crosses,
-                splat(0.0) > 0.0, sense,
-            )  # fmt: skip
+            there = passing(kernels, at, first, rows, t, length, low, high, signal, before, after, crosses)
             place = choose(crosses, minimum(place, there), place)
     return place
 
@@ -119,7 +113,7 @@ def keep_pieces(
     """Keep what has to be of a panel of the step that was looked at in all of its points."""
     count, bent = plan.kept[n, KEPT_BENDS] + plan.kept[n, KEPT_TURNS], splat(0.0)
     for k in range(count):
-        bent = maximum(bent, _crosses(sizes, at, _bend(plan, n, k)))
+        bent = maximum(bent, _crosses(sizes, at, bend(plan, n, k)))
     straight, crooked = lanes & (bent == 0.0), lanes & (bent > 0.0)
     if any_lane(straight):
         keep_within(kernels, sizes, at, first, rows, plan, n, t, length, low, high, 0, straight)
@@ -128,7 +122,7 @@ def keep_pieces(
     for gap in range(POINTS - 1):
         begin, end, place = fraction_of(gap, low, high), fraction_of(gap + 1, low, high), splat(NOWHERE)
         for k in range(count):
-            there = turn(sizes, at, 0, _bend(plan, n, k), gap)
+            there = turn(sizes, at, 0, bend(plan, n, k), gap)
             place = choose(there > 0.0, minimum(place, there), place)
         turns = crooked & (place < NOWHERE)
         middle = choose(turns, low + place * (high - low), end)

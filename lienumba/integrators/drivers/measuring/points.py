@@ -8,7 +8,9 @@ from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.dense_output import between
-from lienumba.integrators.layout import POINTS, UNTIL, Workspace
+from lienumba.integrators.drivers.event_search import locate
+from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.layout import POINTS, SEEKS, UNTIL, Workspace
 from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import maximum, minimum
 
@@ -141,6 +143,21 @@ def turn(sizes: Sizes, at: Workspace, part: int, signal: int, k: int) -> Lanes:
         farther = beyond > far
         far, place = choose(farther, beyond, far), choose(farther, splat(x), place)
     return choose((begin > 0.0) & (end > 0.0), place, choose((begin <= 0.0) & (end <= 0.0), place, -1.0))
+
+
+@apart
+def passing(
+    kernels: np.ndarray, at: Workspace, first: Workspace, rows: Rows, t: Lanes, length: Lanes, low: Lanes, high: Lanes,
+    signal: int, before: Lanes, after: Lanes, lanes: Mask,
+) -> Lanes:  # fmt: skip
+    """Directly behind the place between two fractions of the step at which a signal passes 0, in lanes in which it
+    does; before, after: what it is at these."""
+    sense = choose(before > 0.0, splat(-1.0), splat(1.0))
+    store(at.lanes, SEEKS, splat(float(signal)))
+    return locate(
+        kernels, layout.MEASURE, at, first, rows, t, length, low, high, sense * before, sense * after, lanes,
+        splat(0.0) > 0.0, sense,
+    )  # fmt: skip
 
 
 @apart

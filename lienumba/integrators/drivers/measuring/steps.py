@@ -89,8 +89,8 @@ def _look_into(
     cut = load(at.lanes, PICKED) < 0.0
     whole = choose(until < load(at.lanes, UNTIL), (until - t) / length, 1.0)
     _open(kernels, sizes, nodes, at, t, length, closed)
-    keep_panels(kernels, sizes, at, first, rows, plan, t, length, until, whole, good, cut)
-    look(kernels, sizes, at, t, length, splat(0.0), signals(sizes, at, 0, 0))
+    if keep_panels(kernels, sizes, at, first, rows, plan, t, length, until, whole, good, cut):
+        look(kernels, sizes, at, t, length, splat(0.0), signals(sizes, at, 0, 0))
     for signal in range(sizes.signals):
         before, after = value_of(sizes, at, 0, signal, 0), value_of(sizes, at, 0, signal, POINTS - 1)
         changes = signals(sizes, at, 0, CHANGES)

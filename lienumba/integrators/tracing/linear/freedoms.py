@@ -11,6 +11,7 @@ from lienumba.integrators.tracing.joint.tracer import JointTracer
 from lienumba.integrators.tracing.method import Method
 from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
 from lienumba.integrators.tracing.template import split
+from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Counted, Model
 from lienumba.mechanics.system import kkt
 from lienumba.mechanics.system.switches import permanent
@@ -31,6 +32,12 @@ class FreedomTracer(JointTracer):
         """Of a mechanism, whatever its numbers are."""
         method = Method("rk4", "none", "none", coordinates=JOINT)
         return FreedomTracer(split(model)[0], method, UNIQUE, False)
+
+    def instant(self, model: Model, rows: Sequence[Any], t: float) -> Instant:
+        """The mechanism where the rows of its state put it, on arrays of all runs."""
+        first = len(rows) - self.augmented.rows
+        with np.errstate(all="ignore"):
+            return self.posture(model, [tuple(rows[:first])], tuple(rows[first:]), t).now
 
     def rows(
         self, model: Model, bodies: np.ndarray, laws: Mapping[str, Sequence[Any]], augmented: Sequence[Any]
