@@ -7,6 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import lienumba
+from lienumba.integrators.drivers.switching import modes
+from lienumba.mechanics.system.switched import turning
 
 G = 9.81
 STEPS = [("rk4", 1e-2), ("rk4", 1e-3), ("dp54", 1e-2), ("dop853", 1e-2), ("heun", 1e-3)]
@@ -69,3 +71,8 @@ def test_what_slides_straight_on_stops_where_it_stops() -> None:
     model = {"gravity": [0, 0, -G], "bodies": [block], "contacts": [floor | {"normal": [0, 0, 1]}]}
     found = ran(model, {"method": "rk4", "step": 1e-2}, 1.0)
     assert found.last_position.values[0, 0, 0] == pytest.approx(0.7**2 / (2 * 0.3 * G), abs=1e-10)
+
+
+def test_what_is_seen_to_stop_is_what_is_stopped() -> None:
+    """The condition in mechanics and the decision in drivers are of one bound."""
+    assert turning.WHIRLS == modes.WHIRLS
