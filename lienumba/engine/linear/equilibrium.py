@@ -12,7 +12,7 @@ from lienumba.engine.linear.states import Asked, States
 from lienumba.engine.linear.systems import Recorded
 from lienumba.integrators import codes
 from lienumba.integrators.tracing.linear.equilibrium import rest
-from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
+from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.mechanics.elements import quantities
 from lienumba.scenario.start.stops import begin_beyond
 from lienumba.store.linear_layout import EQUILIBRIA
@@ -66,7 +66,7 @@ def equilibrium(
     """
     asked = Asked.of(scenario, 0.0, runs, overrides, allow_code)
     prepared = asked.prepared()
-    tracer, model = FreedomTracer.of(prepared.model), prepared.nominal.model
+    tracer, model = GluedTracer.of(prepared.model), prepared.nominal.model
     start = asked.start(tracer, prepared)
     check_states(tracer, start)
     labels = np.asarray(asked.labels)

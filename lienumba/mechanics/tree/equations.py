@@ -100,11 +100,12 @@ def is_regular(posture: Posture, structure: kkt.Structure) -> bool:
 
 def missing(
     posture: Posture, structure: kkt.Structure, mask: Sequence[Number], rates: Sequence[Number], mu: Sequence[Number],
-    baumgarte: float | None,
+    baumgarte: float | None, glued: bool = False,
 ) -> list[Any]:  # fmt: skip
     """What is missing along every rate, and of every row in use, where the rates change so, with these multipliers of
-    the rows in use, of what slides those of normals alone. A rate that is locked lacks what it changes by."""
-    leaning = constraints.leaning(posture.model, posture.now)
+    the rows in use, of what slides those of normals alone; glued: of what sticks as of any other row, and what slides
+    has no friction. A rate that is locked lacks what it changes by."""
+    leaning = None if glued else constraints.leaning(posture.model, posture.now)
     loads, rows, xi = _acting(posture, structure, structure.weights(mask, leaning), baumgarte)
     there = carried(posture.tree, posture.links, loads, rates)
     rest = _relative_to(loads, there, rates, xi)

@@ -32,9 +32,9 @@ class Resting:
 def resting(model: Model, states: np.ndarray, angles: Mapping[Counted, np.ndarray], rotation: Sequence[Any]) -> Resting:
     """From assembled states (runs, 18 k) to where they come to; rotation: three numbers, floats or arrays (runs,)."""
     from lienumba.integrators.tracing.linear.equilibrium import rest
-    from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
+    from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 
-    runs, tracer = len(states), FreedomTracer.of(model)
+    runs, tracer = len(states), GluedTracer.of(model)
     found = rest(tracer, model, tracer.rows_at_start(model, states, angles), runs, rotation, driven=True)
     first = len(found.rows) - tracer.augmented.rows
     now = tracer.instant(model, found.rows, 0.0)

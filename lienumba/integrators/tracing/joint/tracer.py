@@ -37,7 +37,10 @@ NEAR = 1, 2  # rates that may wait; where there are rotors, which leave nothing 
 
 
 class JointTracer(Tracer):
-    """As `Tracer`; `structure`: of the rows in use that close loops, `closing`: of all permanent ones that do."""
+    """As `Tracer`; `structure`: of the rows in use that close loops, `closing`: of all permanent ones that do; `glued`:
+    see `equations.missing`."""
+
+    glued = False
 
     def _structure(self, model: Model, selection: RowSelection, fixed: bool) -> kkt.Structure:
         tied = joints_of(ties_of(model)) | {lock.number for lock in locked(model, self.tree(model))}
@@ -135,7 +138,8 @@ class JointTracer(Tracer):
         rates: list[Number] = []
         for link in posture.tree.links:
             rates += link.move.along(state_of(link, tuple(posture.z)), tuple(a[rate] for rate in link.rates))
-        found = equations.missing(posture, self.structure, mask, rates, multipliers, self.method.baumgarte)
+        damping = self.method.baumgarte
+        found = equations.missing(posture, self.structure, mask, rates, multipliers, damping, self.glued)
         rows = dict(zip(self.structure.order, found[self.velocities :], strict=True))
         along: list[Number] = []
         for link in posture.tree.links:

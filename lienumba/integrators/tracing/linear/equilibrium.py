@@ -20,8 +20,9 @@ import numpy.typing as npt
 from lienumba.compiler.dense.decompositions import Rows, product, solved, symmetric_values, turned, unit_rows
 from lienumba.integrators.codes import FOUND, NONE_FOUND, NOT_ISOLATED, UNSTABLE
 from lienumba.integrators.tracing.linear.equations import STATE, UNKNOWN, Equations, Linear
-from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
+from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.integrators.tracing.linear.stability import Near, stability
+from lienumba.integrators.tracing.linear.standing import REDUNDANT, Standing
 from lienumba.integrators.tracing.linear.unbalanced import PLACES, analytic, unbalanced
 from lienumba.integrators.tracing.linear.uniform_rotation import Carried, carried
 from lienumba.integrators.tracing.template import split
@@ -31,11 +32,14 @@ from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.mechanism.tables import RunNumbers
 from lienumba.mechanics.system import constraints
+from lienumba.mechanics.mechanism.kinematics import OFF
+from lienumba.mechanics.system.switches import CONTACT, LIMIT
 from lienumba.numerics.operations import sqrt
 
 Array = npt.NDArray[Any]
 STILL = (0.0, 0.0, 0.0)
 LONGEST = 0.2  # rad, and of the size of the mechanism: the most that a step moves
+FARTHER = 2.0  # times that, from step to step, while no force changes and something may close
 STEPS = 400
 AWAY = 60  # steps in a row, each with a larger force: no joint turns so far, something flies away
 TO_AND_FRO = 20  # steps in a row, each with the force of the last but one: it will not come to rest
@@ -46,10 +50,10 @@ GROWS = 4.0  # times the largest rate there was, a step may make of such a rate
 DONE = 1e-13  # rad, and of the size: a step of Newton's that is shorter changes nothing
 ROUNDING = 1e-9  # of the largest force there was: what may be left where nothing falls any more
 QUIET = 1e-12  # rad, and of the size: how far forces may push in a step of Newton's where they are rounding
+FAINT = 2e-15  # of the largest force that a constraint carries: what is rounding, of others and of stiffness
 SLOW = 0.5  # of the sigma with which forces move as far as a step may be, if K does not hold them
 DOWNHILL = 1.5  # times what a step takes that leads downhill
 CLOSED = 1e-9  # rad, and of the size: by how much joints may miss each other
-REDUNDANT = 1e-6  # of the largest row of C, beside those before it
 SMALL = 1e-12  # of the largest pivot: what counts as 0
 TURNING = 2  # eigenvalues that are 0 because nothing says how far, and how fast, all turns
 AT_ONCE = 2048  # runs whose stability is judged together
@@ -73,9 +77,11 @@ class Resting:
         return self.status != NONE_FOUND
 
 
+@dataclass(frozen=True)
 class _Held:
-    """Phi and Phi' of the rows in use."""
+    """Phi and Phi' of the rows in use, and Phi of what may close."""
 
+    gaps: Sequence[int]
     inputs = 0
 
     def model(self, model: Model, t: Any, inputs: Sequence[Any]) -> Model:
@@ -86,11 +92,12 @@ class _Held:
         return {
             "positions": [mask[row] * residual[row] for row in used],
             "rates": [mask[row] * rates[row] for row in used],
+            "gaps": [residual[row] for row in self.gaps],
         }
 
 
 def rest(
-    tracer: FreedomTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[Any] = STILL,
+    tracer: GluedTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[Any] = STILL,
     driven: bool = False,
 ) -> Resting:  # fmt: skip
     """The equilibria that runs (of a model with arrays) come to from these states, at t = 0, relative to axes that turn
@@ -116,13 +123,16 @@ class _Search:
     at several places, and which cost far less; fastest (runs, s): the largest rates of laws' states there were."""
 
     def __init__(
-        self, tracer: FreedomTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[Any]
+        self, tracer: GluedTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[Any]
     ) -> None:
         self.tracer, self.model, self.runs = tracer, model, runs
         self.rotation = np.array([np.broadcast_to(np.asarray(x, float), (runs,)) for x in rotation])
         self.turns = (self.rotation != 0.0).any(axis=0)
-        self.equations = Equations.of(tracer, _Held())
+        first = tracer.augmented.permanent
+        gaps = [first + x.first for x in tracer.augmented.switches if x.what in (LIMIT, CONTACT)]
+        self.equations = Equations.of(tracer, _Held(gaps))
         self.forces = self.equations.only((), ("along", "laws"))
+        self.gaps = self.equations.only((), ("gaps",))
         self.constraints = self.equations.only(("a",), ("rows", "rates"))
         self.constraint_slopes = self.equations.only(("q", "v", "a"), ("rows", "rates"))
         self.tree = tracer.tree(tracer.graph()[1])
@@ -132,19 +142,27 @@ class _Search:
         self.numbers = split(model)[1]
         self.n, self.m = tracer.velocities, len(self.equations.used)
         self.mu, self.fastest = np.zeros((runs, self.m)), np.zeros((runs, len(self.equations.outputs["laws"])))
-        levels = [c.level != "velocity" for c in constraints.constraints_of(tracer.graph()[1]) for _ in c.kinds]
+        every_row = [c for c in constraints.constraints_of(tracer.graph()[1]) for _ in c.kinds]
+        sticks = [c.switch is not None and c.switch.what == CONTACT for c in every_row]  # rests where it is
+        levels = [c.level != "velocity" or stuck for c, stuck in zip(every_row, sticks, strict=True)]
         self.held = np.array([levels[row] for row in self.equations.used], float)
-        self.sizes, self.most = self._sizes(), np.full(runs, min(self.m, self.n))
+        self.sizes, self.longest = self._sizes(), np.full(runs, LONGEST)
+        self.others, self.most = np.full((2, runs), min(self.m, self.n))
         every = np.arange(runs)  # where it starts the mechanism is closed, and redundant rows say the same
         at = self._at(self.state, np.zeros((runs, self.n)), self.mu, every, self.constraints)
-        self.most = self._rows(at, every)[0].rank
+        self.others = self.most = self._rows(at, every)[0].rank
+        self.standing = Standing.of(tracer, model, rows, self.equations.used, self.turns)
+        self.stands = np.ones(runs, bool)
+        self._stand(every[(self.standing.on != OFF).any(axis=0)])
 
     def _sizes(self) -> Array:
         """What a coordinate is small against (runs, n): 1 rad, or how large the mechanism is (m)."""
         found = np.ones((self.runs, self.n))
         lent = with_lent_masses(self.model).bodies
         own = [sqrt(sum(body.inertia[:3]) / body.mass) for body in lent]
-        reach = [abs(np.asarray(x)) for joint in self.model.joints for p in joint.points or () for x in p]
+        points = [p for element in (*self.model.joints, *self.model.contacts) for p in element.points or ()]
+        reach = [abs(np.asarray(x)) for p in points for x in p]
+        reach += [x for contact in self.model.contacts for x in contact.numbers.values()]
         every = [np.broadcast_to(np.asarray(x, float), (self.runs,)) for x in (*own, *reach)]
         size = np.max(every, axis=0)
         for link in self.tree.links:
@@ -172,10 +190,24 @@ class _Search:
     def _rows(self, at: Linear, which: Array, held: Array | None = None) -> tuple[Rows, Array]:
         """C by the sizes of the coordinates, its rows of length 1; and how long they were (runs, m). held: 1 for each
         row that counts, else 0; by default all do."""
-        C = -at.dense("rows", "a", len(which)) * self.sizes[which][:, None, :]
-        C = C if held is None else C * held[:, None]
-        C, lengths = unit_rows(C)
+        C = self._sized(at, which)
+        C, lengths = unit_rows(C if held is None else C * held[:, None])
         return Rows.of(C, REDUNDANT, self.most[which]), lengths
+
+    def _stand(self, which: Array) -> None:
+        """What holds these runs has changed."""
+        if not len(which):
+            return
+        self.standing.write(self.state, which)
+        at = self._at(self.state[:, which], np.zeros((len(which), self.n)), self.mu[which], which, self.constraints)
+        rows, own = self.standing.free(self._sized(at, which), self.others[which])
+        self.most[which] = rows.rank + Rows.of(unit_rows(own)[0], REDUNDANT).rank
+        self.longest[which] = LONGEST
+
+    def _sized(self, at: Linear, which: Array) -> Array:
+        """C by the sizes of the coordinates."""
+        found: Array = -at.dense("rows", "a", len(which)) * self.sizes[which][:, None, :]
+        return found
 
     def with_rates(self, state: Array, rates: Array) -> Array:
         found = state.copy()
@@ -234,20 +266,27 @@ class _Search:
             step = self._step(which)
             left[which], still[which] = step.force, step.still
             worst[which] = np.maximum(worst[which], step.force)
-            moved = self._moved(which, step)
+            moved, met = self._moved(which, step)
             self.mu[which] += step.dmu * moved[:, None]
             size = moved * np.abs(step.dq / self.sizes[which]).max(axis=1, initial=0.0)
             falls = np.array([step.force, step.restless]) < last[:, which]
             last[:, which] = step.force, step.restless
             settled = (size < DONE) | (~falls[0] & (size < np.sqrt(DONE)))
             rests = (step.restless < AT_REST) | (~falls[1] & (step.restless < np.sqrt(DONE)))
-            done[which] = settled & rests & (step.newton | (step.force <= ROUNDING * worst[which]))
+            done[which] = settled & rests & (step.newton | (step.force <= ROUNDING * worst[which])) & ~met
             as_before = np.abs(before[:, which] - step.force) <= ROUNDING * step.force
             repeated[which] = np.where(~as_before[0] & as_before[1], repeated[which] + 1, 0)
             grown[which] = np.where(step.force > before[0, which], grown[which] + 1, 0)
             never[which] = (repeated[which] >= TO_AND_FRO) | (grown[which] >= AWAY)
             before[:, which] = step.force, before[0, which]
-        good = done & (still | (left <= np.maximum(ROUNDING * worst, 1e-12)))
+            same = as_before[0] & self.standing.may_close(which).any(axis=1)
+            self.longest[which] = np.where(same, FARTHER * self.longest[which], LONGEST)
+            slips = self._slips(which[done[which]])
+            changed = np.concatenate([which[met], slips])
+            done[slips], repeated[changed], grown[changed] = False, 0, 0
+            last[:, changed], before[:, changed] = np.inf, np.nan
+            self._stand(changed)
+        good = done & self.stands & (still | (left <= np.maximum(ROUNDING * worst, 1e-12)))
         status, growth = np.full(self.runs, NONE_FOUND), np.full(self.runs, np.nan)
         for first in range(0, self.runs, AT_ONCE):
             which = every[first : first + AT_ONCE][good[first : first + AT_ONCE]]
@@ -258,20 +297,38 @@ class _Search:
             self.state[:, which] = self.with_rates(self.state[:, which], self.asked(self.state[:, which], which))
         return Resting(list(self.state), status, left, growth)
 
+    def _slips(self, which: Array) -> Array:
+        """Of runs that rest those that what they stand on cannot hold; it gives way from then on. Those that nothing
+        can hold rest no more."""
+        which = which[(self.standing.on[:, which] != OFF).any(axis=0)]
+        if not len(which):
+            return which
+        runs, D, equations = len(which), self.sizes[which], self.equations.only(("a",), ("along", "rows"))
+        state, motion = self._moving(self.state[:, which], which)
+        a = np.zeros((runs, self.n)) if motion is None else motion.a
+        at = self._at(state, a, np.zeros((runs, self.m)), which, equations)
+        M = -at.dense("along", "a", runs) * D[:, :, None] * D[:, None, :]
+        f, C = at.vector("along", runs) * D, self._sized(at, which)
+        holds, changes = self.standing.stays(C, M, f, self.others[which], which)
+        self.stands[which] = holds
+        return which[changes]
+
     def _unbalanced(self) -> Array:
         """The largest force of each run that nothing can balance, wherever it is at rest; else 0 (runs,)."""
         first = self.tree.state + self.tracer.laws
         angles = range(first, first + len(self.tracer.augmented.angles))
         rates = set(self.rates)
-        modes = range(first + self.tracer.augmented.first_mode, len(self.state) - self.tracer.augmented.memory)
+        first_mode = first + self.tracer.augmented.first_mode
+        modes = set(range(first_mode, len(self.state) - self.tracer.augmented.memory))
+        stands = {row for masks, on in self.standing.places for row in (*masks, on)}
 
         def known(array: str, row: int) -> float | None:
             if array == STATE:  # how everything starts to be on is a matter of the mechanism, not of a run
-                return 0.0 if row in rates else float(self.state[row, 0]) if row in modes else None
+                return 0.0 if row in rates else float(self.state[row, 0]) if row in modes - stands else None
             moves = array == "parameters" or (array == UNKNOWN and row >= self.n)
             return None if moves else 0.0
 
-        free = {(STATE, row) for row in (*range(self.tree.state, first), *angles)}
+        free = {(STATE, row) for row in (*range(self.tree.state, first), *angles, *stands)}
         free |= {(UNKNOWN, self.n + row) for row in range(self.m)}
         rows = analytic(self.equations.values[: self.n], known, free)
         if not rows.any():
@@ -306,11 +363,15 @@ class _Search:
         _, at, motion = self._looked(self.state[:, which], which, self.equations)
         rows, lengths = self._rows(at, which)
         Q, Qt, rank = rows.Q, turned(rows.Q), rows.rank
-        K = -_by_places(at, "along", motion, runs) * D[:, None, :] * D[:, :, None]
-        K, S = product(Qt, product(K, Q)), product(Qt, at.dense("along", "laws", runs) * D[:, :, None])
+        along = product(Qt, at.vector("along", runs) * D)
+        carried = np.maximum(np.abs(along).max(axis=1, initial=0.0), np.abs(self.mu[which] * lengths).max(axis=1, initial=0.0))
+        noise = FAINT * carried[:, None]
+        along = np.where((np.abs(along) <= noise) & (np.arange(n) >= rank[:, None]), 0.0, along)
+        K = product(Qt, product(-_by_places(at, "along", motion, runs) * D[:, None, :] * D[:, :, None], Q))
+        K = np.where(np.abs(K) <= noise[:, :, None], 0.0, K)
+        S = product(Qt, at.dense("along", "laws", runs) * D[:, :, None])
         L, P = product(_by_places(at, "laws", motion, runs) * D[:, None, :], Q), at.dense("laws", "laws", runs)
         rates = at.vector("laws", runs)
-        along = product(Qt, at.vector("along", runs) * D)
         force = np.abs(product(Q, _free(along, rank))).max(axis=1, initial=0.0)
         values = np.nan_to_num(symmetric_values(0.5 * (K + turned(K)), rank))
         through = solved(-P, L, np.zeros(runs, np.int64), SMALL)  # states of laws as they follow places at once
@@ -318,7 +379,7 @@ class _Search:
         largest = np.maximum(largest, np.abs(np.nan_to_num(product(S, through))).max(axis=(1, 2), initial=0.0))
         falling = np.maximum(-values.min(axis=1, initial=0.0) - 1e-9 * largest, 0.0)
         still = force <= QUIET * largest  # what is left is rounding
-        sigma = np.where(still, 0.0, np.maximum(SLOW * force / LONGEST, DOWNHILL * falling))
+        sigma = np.where(still, 0.0, np.maximum(SLOW * force / self.longest[which], DOWNHILL * falling))
         scale = np.maximum(np.maximum(np.abs(K).max(axis=(1, 2), initial=0.0), largest) + sigma, 1e-300)
         K = K + sigma[:, None, None] * np.eye(n)
         total = np.zeros((runs, n + s, n + s))
@@ -332,7 +393,7 @@ class _Search:
         dmu = rows.multipliers(along - product(K, moved) + product(S, ds)) / lengths
         dq = product(Q, moved)
         size = np.abs(dq).max(axis=1, initial=0.0)
-        short = np.minimum(1.0, LONGEST / np.maximum(size, 1e-300))
+        short = np.minimum(1.0, self.longest[which] / np.maximum(size, 1e-300))
         states = np.abs(self.state[self.tree.state : self.tree.state + s, which]).T
         terms = np.abs(L).sum(axis=2) + product(np.abs(P), states)
         restless = (np.abs(rates) / np.maximum(terms, 1e-300)).max(axis=1, initial=0.0)
@@ -340,9 +401,10 @@ class _Search:
         push = (along * moved).sum(axis=1)
         return _Step(dq * D, dmu, ds, force, push, restless, short, still, (sigma <= 1e-3 * largest) | still)
 
-    def _moved(self, which: Array, step: "_Step") -> Array:
-        """Move the states by as much of the step as leads to finite forces; how much that is."""
-        runs, part, old = len(which), step.short.copy(), self.state[:, which]
+    def _moved(self, which: Array, step: "_Step") -> tuple[Array, Array]:
+        """Move the states by as much of the step as leads to finite forces, and to nothing that closes; how much that
+        is, and whether anything does (runs,)."""
+        runs, part, old, a = len(which), step.short.copy(), self.state[:, which], np.zeros((len(which), self.n))
         for _ in range(HALVINGS):
             new = self._elsewhere(old, part[:, None] * step.dq, part[:, None] * step.ds, which)
             _, at, _ = self._looked(new, which, self.forces)
@@ -354,8 +416,16 @@ class _Search:
             if not bad.any():
                 break
             part[bad] *= 0.5
+        met = np.zeros(runs, bool)
+        if self.standing.switches:
+            gaps = [self._at(x, a, self.mu[which], which, self.gaps).vector("gaps", runs) for x in (old, new)]
+            to, closes = self.standing.meets(*gaps, which)
+            met = closes.any(axis=1)
+            part *= to
+            self.standing.close(closes, which)
+            new = self._elsewhere(old, part[:, None] * step.dq, part[:, None] * step.ds, which)
         self.state[:, which] = self._counted(new, which)
-        return part
+        return part, met
 
     def _elsewhere(self, state: Array, dq: Array, ds: Array, which: Array) -> Array:
         """The states moved by these coordinates (runs, n), and states of laws."""

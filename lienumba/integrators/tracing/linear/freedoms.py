@@ -1,7 +1,7 @@
 """A mechanism by the freedoms of its joints, on arrays of all runs."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -27,11 +27,11 @@ class FreedomTracer(JointTracer):
         self.closing = kkt.Structure.closing(permanent(model), tied)
         return kkt.Structure.closing(model, tied)
 
-    @staticmethod
-    def of(model: Model) -> "FreedomTracer":
+    @classmethod
+    def of(cls, model: Model) -> Self:
         """Of a mechanism, whatever its numbers are."""
         method = Method("rk4", "none", "none", coordinates=JOINT)
-        return FreedomTracer(split(model)[0], method, UNIQUE, False)
+        return cls(split(model)[0], method, UNIQUE, False)
 
     def instant(self, model: Model, rows: Sequence[Any], t: float) -> Instant:
         """The mechanism where the rows of its state put it, on arrays of all runs."""
@@ -52,3 +52,9 @@ class FreedomTracer(JointTracer):
         """The same of runs that begin: bodies (runs, 18 k), and the angles of joints that are counted (runs,)."""
         augmented = self.augmented.start(angles, UNIQUE, len(bodies)).T
         return self.rows(model, bodies, self.law_states.initial(model), list(augmented))
+
+
+class GluedTracer(FreedomTracer):
+    """The same where contacts that stick hold as any other row, and those that slide have no friction."""
+
+    glued = True
