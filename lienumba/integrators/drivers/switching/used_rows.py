@@ -41,7 +41,7 @@ def _want(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
                 r.wanted[i] = float(FIRM)
             if kind == UNILATERAL and how != OFF:
                 normal = float(SHARED) if p.switches[s, layout.SWITCH_SHARES] != 0 else float(BARE)
-                if how == UNKNOWN and p.switches[s, SWITCH_ROWS] == 1:
+                if how == UNKNOWN:
                     normal = float(ASKED)
                 r.wanted[i] = normal if i == row else float(TANGENT) if how == STICK else -1.0
             if kind == FRICTION and how == STICK:
