@@ -300,6 +300,7 @@ class _Search:
     def _slips(self, which: Array) -> Array:
         """Of runs that rest those that what they stand on cannot hold; it gives way from then on. Those that nothing
         can hold rest no more."""
+        self.stands[which] = True
         which = which[(self.standing.on[:, which] != OFF).any(axis=0)]
         if not len(which):
             return which
