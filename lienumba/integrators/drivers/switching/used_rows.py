@@ -17,7 +17,7 @@ from lienumba.integrators.layout import (
 )
 from lienumba.integrators.sizes import Sizes
 
-FIRM, BARE, SHARED, TANGENT, DRY, PHASES = range(6)  # rows, in the order in which they are taken
+FIRM, BARE, SHARED, IDLE, TANGENT, DRY, PHASES = range(7)  # rows, in the order in which they are taken
 ASKED = PHASES  # never taken, but asked what others leave of them
 UNKNOWN = 3.0  # how a switch is on that presses with nothing: others may hold it
 
@@ -42,7 +42,7 @@ def _want(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
             if kind == UNILATERAL and how != OFF:
                 normal = float(SHARED) if p.switches[s, layout.SWITCH_SHARES] != 0 else float(BARE)
                 if how == UNKNOWN:
-                    normal = float(ASKED)
+                    normal = float(ASKED) if p.switches[s, SWITCH_ROWS] == 1 else float(IDLE)
                 r.wanted[i] = normal if i == row else float(TANGENT) if how == STICK else -1.0
             if kind == FRICTION and how == STICK:
                 r.wanted[i] = float(DRY)
@@ -51,7 +51,8 @@ def _want(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
 @apart
 def independent(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
     """Take rows that are independent: what holds first, then normals without friction, those that press most first,
-    then normals that share what they carry, then tangents, then the friction of joints."""
+    then normals that share what they carry, last of these what nothing presses, then tangents, then the friction of
+    joints."""
     _want(r, rows, first, sizes, lane)
     for phase in range(PHASES):
         _take(r, float(phase))

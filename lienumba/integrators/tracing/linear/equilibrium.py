@@ -400,7 +400,7 @@ class _Search:
         terms = np.abs(L).sum(axis=2) + product(np.abs(P), states)
         restless = (np.abs(rates) / np.maximum(terms, 1e-300)).max(axis=1, initial=0.0)
         self.fastest[which] = np.maximum(self.fastest[which], np.abs(rates))
-        push = (_free(along, rank) * moved).sum(axis=1)
+        push = (_free(along + product(S, ds), rank) * moved).sum(axis=1)
         return _Step(dq * D, dmu, ds, force, push, restless, short, still, (sigma <= 1e-3 * largest) | still)
 
     def _moved(self, which: Array, step: "_Step") -> tuple[Array, Array]:
@@ -474,7 +474,7 @@ class _Search:
 
 @dataclass(frozen=True)
 class _Step:
-    """dmu: what multipliers change by in it; push: what the forces at its start do in it; restless: by how much states of laws do not rest, of what their
+    """dmu: what multipliers change by in it; push: what the forces at its start do in it, once laws are where it leads; restless: by how much states of laws do not rest, of what their
     rates can be; still: whether what is left of forces is rounding; newton: whether the pseudo-transient part no longer
     counts; short: how much of it is not too long."""
 
