@@ -170,6 +170,7 @@ def test_a_block_on_its_edge_is_unstable_and_found_where_it_balances() -> None:
 
 def test_a_block_on_springs_is_pressed_where_statics_says() -> None:
     """Three springs lift it less than it weighs; one more lifts it off, where the floor is not in its equilibrium."""
+
     def hung(stiffness: float, friction: float) -> dict[str, Any]:
         springs = [
             {"name": f"s{n}", "type": "spring_damper", "bodies": ["ground", "b"], "stiffness": stiffness,
@@ -192,6 +193,7 @@ def test_a_block_on_springs_is_pressed_where_statics_says() -> None:
 
 def test_a_governor_turns_with_its_arms_on_their_stops() -> None:
     """Below the speed at which they leave the lower ones, between, and above that at which they meet the upper ones."""
+
     def governor(speed: float) -> Any:
         ball = {"name": "b", "mass": 1.0, "inertia": [1e-6] * 3}
         post = {"name": "p", "mass": 1.0, "inertia": [0.1] * 3, "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}

@@ -15,6 +15,10 @@ import numpy.typing as npt
 from lienumba.compiler.flat import Flat, kept
 
 Array = npt.NDArray[Any]
+SMALL = 1e-7  # of the largest eigenvalue: rounding splits a double zero by less
+FIRM = 0.1  # of a small eigenvalue: what is no rounding changes by less where A is rounded otherwise
+ROUNDED = 1.4e-14  # of the terms of a row of A
+EVEN = 1e-13  # of the largest eigenvalue: how much of another one may be rounding
 NOTHING = 1e-10  # of the longest row of C, or of 1: what is no longer than that is rounding
 ELIMINATION = "lienumba.compiler.dense.elimination"
 EIGENVALUES, EIGENVECTORS = (f"lienumba.compiler.dense.{name}" for name in ("eigenvalues", "eigenvectors"))
@@ -165,4 +169,32 @@ def eigenvectors(A: Array) -> tuple[Array, Array]:
 def magnitudes(values: Array) -> Array:
     """Of complex numbers."""
     found: Array = np.sqrt(values.real * values.real + values.imag * values.imag)
+    return found
+
+
+def vanishing(A: Array, values: Array, terms: Array | None = None, fastest: Array | None = None) -> Array:
+    """Which eigenvalues are 0 but for rounding (runs, n): small ones that are not the same where entries of A are
+    rounded otherwise. terms (runs, n): what rows of A are sums of, at least; fastest (runs,): what all is compared
+    with, at least."""
+    sizes = magnitudes(values)
+    largest = sizes.max(axis=1, initial=0.0)
+    largest = largest if fastest is None else np.maximum(largest, fastest)
+    found: Array = sizes <= SMALL * largest[:, None]
+    which = np.flatnonzero((found & (sizes > 0.0)).any(axis=1))
+    if len(which):
+        rows = np.abs(A[which]).max(axis=2)
+        rows = rows if terms is None else np.maximum(rows, terms[which])
+        n, draw = A.shape[1], np.random.default_rng(0).uniform
+        rounded = draw(0.5, 1.0, (n, n)) * np.where(draw(-1.0, 1.0, (n, n)) < 0.0, -1.0, 1.0)
+        others = eigenvalues(A[which] + ROUNDED * rows[:, :, None] * rounded)
+        apart = magnitudes(values[which][:, :, None] - others[:, None, :]).min(axis=2)
+        found[which] &= ~(apart < FIRM * sizes[which])
+    return found
+
+
+def growing(values: Array) -> Array:
+    """Which eigenvalues (runs, n), 0 where they vanish, have a positive real part that is no rounding."""
+    sizes = np.nan_to_num(magnitudes(values))
+    least = np.maximum(SMALL * sizes, EVEN * sizes.max(axis=1, initial=0.0)[:, None])
+    found: Array = np.nan_to_num(values.real, nan=-1.0) > least
     return found

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.compiler.dense.decompositions import eigenvalues, eigenvectors, magnitudes, product, turned
+from lienumba.compiler.dense.decompositions import (
+    eigenvalues,
+    eigenvectors,
+    growing,
+    magnitudes,
+    product,
+    turned,
+    vanishing,
+)
 from lienumba.engine.cores import usable_cores
 from lienumba.engine.linear.linearise import STILL, check_states, turning
 from lienumba.engine.linear.looked import Looked
@@ -30,7 +38,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = npt.NDArray[Any]
-ROUNDING = 1e-7  # of the largest eigenvalue: as much may be rounding of a double zero
 STATUS = "0: linearised, 1: the run is not there at this time, or has no linear equations"
 NONE = complex(np.nan, np.nan)
 POSE = 12  # numbers of a body's state that say where it is
@@ -126,8 +133,7 @@ def _of_systems(system: Systems, shapes: bool) -> tuple[Array, Array, Array | No
         values, vectors = eigenvectors(A)
     else:
         values = eigenvalues(A)
-    sizes = magnitudes(values)
-    zero = sizes <= ROUNDING * sizes.max(axis=1, initial=0.0)[:, None]
+    zero = vanishing(A, values)
     values[zero] = 0.0
     upper = (values.imag >= 0.0) & ~(zero & (np.cumsum(zero, axis=1) % 2 == 0))
     order = np.lexsort((-values.real, np.where(upper, values.imag, np.inf)), axis=1)
@@ -174,8 +180,7 @@ def _dataset(
 
     values, dims = whole([x.values for x in found], NONE), MODE
     sizes = magnitudes(values)
-    limit = ROUNDING * np.nanmax(np.where(np.isnan(values), 0.0, sizes), axis=2)
-    growing = np.nan_to_num(values.real, nan=-1.0) > limit[:, :, None]
+    grows = growing(values.reshape(-1, most)).reshape(values.shape)
     with np.errstate(all="ignore"):
         damping = np.where(sizes > 0.0, (0.0 - values.real) / sizes, np.where(np.isnan(sizes), np.nan, 0.0))
         frequency = values.imag / (2.0 * np.pi)
@@ -189,8 +194,8 @@ def _dataset(
         "angular_frequency": (dims, values.imag, {"units": "rad s-1", "long_name": "imaginary part"}),
         "frequency": (dims, frequency, {"units": "Hz"}),
         "damping_ratio": (dims, damping, {"units": "1", "long_name": "-real part / |eigenvalue|"}),
-        "grows": (dims, growing, {"long_name": "whether the mode grows, beyond rounding"}),
-        "stable": (dims[:2], there & ~growing.any(axis=2), {"long_name": "no mode grows"}),
+        "grows": (dims, grows, {"long_name": "whether the mode grows, beyond rounding"}),
+        "stable": (dims[:2], there & ~grows.any(axis=2), {"long_name": "no mode grows"}),
         "status": (dims[:2], np.where(there, 0, 1).astype(np.int8), {"long_name": STATUS}),
         "frequency_quantiles": (over, _quantiles(frequency[counted], own), {"units": "Hz"}),
         "damping_ratio_quantiles": (over, _quantiles(damping[counted], own), {"units": "1"}),

@@ -365,7 +365,9 @@ class _Search:
         rows, lengths = self._rows(at, which)
         Q, Qt, rank = rows.Q, turned(rows.Q), rows.rank
         along = product(Qt, at.vector("along", runs) * D)
-        carried = np.maximum(np.abs(along).max(axis=1, initial=0.0), np.abs(self.mu[which] * lengths).max(axis=1, initial=0.0))
+        carried = np.maximum(
+            np.abs(along).max(axis=1, initial=0.0), np.abs(self.mu[which] * lengths).max(axis=1, initial=0.0)
+        )
         noise = FAINT * carried[:, None]
         along = np.where((np.abs(along) <= noise) & (np.arange(n) >= rank[:, None]), 0.0, along)
         K = product(Qt, product(-_by_places(at, "along", motion, runs) * D[:, None, :] * D[:, :, None], Q))

@@ -17,11 +17,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.compiler.dense.decompositions import Rows, eigenvalues, magnitudes, product, solved, turned
+from lienumba.compiler.dense.decompositions import Rows, eigenvalues, growing, product, solved, turned, vanishing
 from lienumba.integrators.tracing.linear.equations import Linear
 
 Array = npt.NDArray[Any]
-ZERO = 1e-7  # of the fastest that forces could make a single coordinate: rounding splits a double zero by less
 SMALL = 1e-13  # of the largest pivot of the masses
 
 
@@ -52,35 +51,40 @@ class Stability:
 def stability(near: Near) -> Stability:
     """growth is NaN where there are no finite equations."""
     runs = len(near.sizes)
-    growth, largest, zeros = np.full(runs, np.nan), _fastest(near), np.zeros(runs, int)
-    for which, A in _systems(near):
+    growth, grows, zeros = np.full(runs, np.nan), np.zeros(runs, bool), np.zeros(runs, int)
+    accelerations, fastest = _terms(near)
+    for which, A, rates in _systems(near):
+        terms = np.zeros(A.shape[:2])
+        terms[:, rates] = accelerations[which, None]
         values = eigenvalues(A)
-        sizes = magnitudes(values)
-        largest[which] = np.maximum(largest[which], sizes.max(axis=1, initial=0.0))
+        nothing = vanishing(A, values, terms, fastest[which])
         growth[which] = values.real.max(axis=1, initial=-np.inf)
-        zeros[which] = (sizes <= ZERO * largest[which][:, None]).sum(axis=1)
-    return Stability(growth, growth > ZERO * largest, zeros)
+        grows[which] = growing(np.where(nothing, 0.0, values)).any(axis=1)
+        zeros[which] = nothing.sum(axis=1)
+    return Stability(growth, grows, zeros)
 
 
-def _fastest(near: Near) -> Array:
-    """How fast (1/s) the stiffness and damping of one coordinate could move it without the others (runs,)."""
+def _terms(near: Near) -> tuple[Array, Array]:
+    """Of one coordinate without the others what its stiffness and damping give it, at most (runs,): as an acceleration
+    in a unit and at a unit of speed, and how fast (1/s) that could move it."""
     at, D, runs = near.at, near.sizes, len(near.sizes)
     K, damping, M = (np.abs(at.dense("along", by, runs)) * D[:, None, :] * D[:, :, None] for by in ("q", "v", "a"))
     masses = M.diagonal(axis1=1, axis2=2)
     with np.errstate(all="ignore"):
-        rates = np.maximum(np.sqrt(K.max(axis=2) / masses), damping.max(axis=2) / masses)
-    found: Array = np.where(np.isfinite(rates), rates, 0.0).max(axis=1, initial=0.0)
-    return found
+        stiff, damped = K.max(axis=2) / masses, damping.max(axis=2) / masses
+    stiff, damped = (np.where(np.isfinite(x), x, 0.0).max(axis=1, initial=0.0) for x in (stiff, damped))
+    return np.maximum(stiff, damped), np.maximum(np.sqrt(stiff), damped)
 
 
-def _systems(near: Near) -> Iterator[tuple[Array, Array]]:
-    """x' = A x of the runs (indices) with as many freedoms, those of each kind together."""
+def _systems(near: Near) -> Iterator[tuple[Array, Array, slice]]:
+    """x' = A x of the runs (indices) with as many freedoms, those of each kind together; which rows are those of
+    rates."""
     whole = _whole(near)
     n, laws = near.sizes.shape[1], near.at.equations.moving
     for y, z in np.unique(np.stack([near.places.rank, near.rows.rank], axis=1), axis=0):
         which = np.flatnonzero((near.places.rank == y) & (near.rows.rank == z))
         kept = np.concatenate([np.arange(y, n), np.arange(n + z, 2 * n), 2 * n + laws])
-        yield which, whole[np.ix_(which, kept, kept)]
+        yield which, whole[np.ix_(which, kept, kept)], slice(n - y, 2 * n - y - z)
 
 
 def _whole(near: Near) -> Array:
