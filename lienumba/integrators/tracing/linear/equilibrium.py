@@ -3,38 +3,26 @@
 By pseudo-transient continuation (Kelley, Keyes 1998, SIAM J. Numer. Anal. 35(2):508-523): implicit steps of a motion
 that is damped so strongly that velocities follow forces, sigma dq = Q - M a - C^T mu. While forces are large steps are
 short and lead downhill, away from unstable equilibria; sigma falls with the forces, and the last steps are Newton's,
-on the group of all joints with its constraints. A step is halved where it leads to what is not finite.
-
-At rest v = a = 0. Relative to a uniform rotation v and a are those of bodies that turn with it (`uniform_rotation`),
-and what drivers ask for beside that; both follow the places, and so do the derivatives of the forces.
+on the group of all joints with its constraints. A step is halved where it leads to what is not finite, and ends where
+a stop or a contact closes; what they cannot hold opens or slides once all rests (`standing`).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.compiler.dense.decompositions import Rows, product, solved, symmetric_values, turned, unit_rows
+from lienumba.compiler.dense.decompositions import Rows, product, solved, symmetric_values, turned
 from lienumba.integrators.codes import FOUND, NONE_FOUND, NOT_ISOLATED, UNSTABLE
-from lienumba.integrators.tracing.linear.equations import STATE, UNKNOWN, Equations, Linear
+from lienumba.integrators.tracing.linear.balance import Balance, Motion, by_places
+from lienumba.integrators.tracing.linear.equations import STATE, UNKNOWN, Linear
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.integrators.tracing.linear.stability import Near, stability
-from lienumba.integrators.tracing.linear.standing import REDUNDANT, Standing
 from lienumba.integrators.tracing.linear.unbalanced import PLACES, analytic, unbalanced
-from lienumba.integrators.tracing.linear.uniform_rotation import Carried, carried
-from lienumba.integrators.tracing.template import split
-from lienumba.integrators.tracing.tracer import Posture
-from lienumba.mechanics.mechanism.massless import with_lent_masses
-from lienumba.mechanics.mechanism.model import Model
-from lienumba.mechanics.mechanism.model_numbers import map_numbers
-from lienumba.mechanics.mechanism.tables import RunNumbers
-from lienumba.mechanics.system import constraints
 from lienumba.mechanics.mechanism.kinematics import OFF
-from lienumba.mechanics.system.switches import CONTACT, LIMIT
-from lienumba.numerics.operations import sqrt
+from lienumba.mechanics.mechanism.model import Model
 
 Array = npt.NDArray[Any]
 STILL = (0.0, 0.0, 0.0)
@@ -77,25 +65,6 @@ class Resting:
         return self.status != NONE_FOUND
 
 
-@dataclass(frozen=True)
-class _Held:
-    """Phi and Phi' of the rows in use, and Phi of what may close."""
-
-    gaps: Sequence[int]
-    inputs = 0
-
-    def model(self, model: Model, t: Any, inputs: Sequence[Any]) -> Model:
-        return model
-
-    def outputs(self, model: Model, posture: Posture, mask: list[Any], used: Sequence[int]) -> dict[str, list[Any]]:
-        residual, rates = constraints.residual(model, posture.now), constraints.rates(model, posture.now)
-        return {
-            "positions": [mask[row] * residual[row] for row in used],
-            "rates": [mask[row] * rates[row] for row in used],
-            "gaps": [residual[row] for row in self.gaps],
-        }
-
-
 def rest(
     tracer: GluedTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[Any] = STILL,
     driven: bool = False,
@@ -106,152 +75,17 @@ def rest(
     return _Search(tracer, model, rows, runs, rotation).found(driven)
 
 
-@dataclass(frozen=True)
-class _Motion:
-    """Of states: accelerations (runs, n), and how velocities and accelerations change with the places; carried: those
-    of the rotation alone."""
-
-    a: Array
-    rates_by: Array
-    accelerations_by: Array
-    carried: Carried
-
-
-class _Search:
-    """state: with all at rest; mu: multipliers of the rows in use (runs, m); held: 1 for those of places, else 0; most
-    (runs,): how many rows say something; forces, constraints, constraint_slopes: parts of `equations` that a step needs
-    at several places, and which cost far less; fastest (runs, s): the largest rates of laws' states there were."""
+class _Search(Balance):
+    """fastest (runs, s): the largest rates of laws' states there were; longest (runs,): what a step may move; stands
+    (runs,): whether forces were found to be such that they hold what rests."""
 
     def __init__(
         self, tracer: GluedTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[Any]
     ) -> None:
-        self.tracer, self.model, self.runs = tracer, model, runs
-        self.rotation = np.array([np.broadcast_to(np.asarray(x, float), (runs,)) for x in rotation])
-        self.turns = (self.rotation != 0.0).any(axis=0)
-        first = tracer.augmented.permanent
-        gaps = [first + x.first for x in tracer.augmented.switches if x.what in (LIMIT, CONTACT)]
-        self.equations = Equations.of(tracer, _Held(gaps))
-        self.forces = self.equations.only((), ("along", "laws"))
-        self.gaps = self.equations.only((), ("gaps",))
-        self.constraints = self.equations.only(("a",), ("rows", "rates"))
-        self.constraint_slopes = self.equations.only(("q", "v", "a"), ("rows", "rates"))
-        self.tree = tracer.tree(tracer.graph()[1])
-        self.rates = tracer.velocity_rows(tracer.graph()[1])
-        self.state = np.array([np.broadcast_to(np.asarray(x, float), (runs,)) for x in rows])
-        self.state[self.rates] = 0.0
-        self.numbers = split(model)[1]
-        self.n, self.m = tracer.velocities, len(self.equations.used)
-        self.mu, self.fastest = np.zeros((runs, self.m)), np.zeros((runs, len(self.equations.outputs["laws"])))
-        every_row = [c for c in constraints.constraints_of(tracer.graph()[1]) for _ in c.kinds]
-        sticks = [c.switch is not None and c.switch.what == CONTACT for c in every_row]  # rests where it is
-        levels = [c.level != "velocity" or stuck for c, stuck in zip(every_row, sticks, strict=True)]
-        self.held = np.array([levels[row] for row in self.equations.used], float)
-        self.sizes, self.longest = self._sizes(), np.full(runs, LONGEST)
-        self.others, self.most = np.full((2, runs), min(self.m, self.n))
-        every = np.arange(runs)  # where it starts the mechanism is closed, and redundant rows say the same
-        at = self._at(self.state, np.zeros((runs, self.n)), self.mu, every, self.constraints)
-        self.others = self.most = self._rows(at, every)[0].rank
-        self.standing = Standing.of(tracer, model, rows, self.equations.used, self.turns)
-        self.stands = np.ones(runs, bool)
-        self._stand(every[(self.standing.on != OFF).any(axis=0)])
+        super().__init__(tracer, model, rows, runs, rotation)
+        self.fastest = np.zeros((runs, len(self.equations.outputs["laws"])))
+        self.longest, self.stands = np.full(runs, LONGEST), np.ones(runs, bool)
 
-    def _sizes(self) -> Array:
-        """What a coordinate is small against (runs, n): 1 rad, or how large the mechanism is (m)."""
-        found = np.ones((self.runs, self.n))
-        lent = with_lent_masses(self.model).bodies
-        own = [sqrt(sum(body.inertia[:3]) / body.mass) for body in lent]
-        points = [p for element in (*self.model.joints, *self.model.contacts) for p in element.points or ()]
-        reach = [abs(np.asarray(x)) for p in points for x in p]
-        reach += [x for contact in self.model.contacts for x in contact.numbers.values()]
-        every = [np.broadcast_to(np.asarray(x, float), (self.runs,)) for x in (*own, *reach)]
-        size = np.max(every, axis=0)
-        for link in self.tree.links:
-            shifts = link.move.freedoms == 2 * 3
-            for n, rate in enumerate(link.rates):
-                if (shifts and n < 3) or not link.move.turns:
-                    found[:, rate] = size
-        return found
-
-    # ---------------------------------------------------------------- the equations of some runs
-    def _of(self, which: Array) -> Model:
-        """The model of these runs."""
-        part = partial(_part, which=which, runs=self.runs)
-        return map_numbers(self.model, lambda x, _: part(x), part)
-
-    def _at(self, state: Array, a: Array, mu: Array, which: Array, equations: Equations) -> Linear:
-        numbers = [_part(x, which, self.runs) for x in self.numbers]
-        given = [list(state), list(a.T), list(mu.T), numbers]
-        if len(which) == 1:  # the same operations on floats take a fraction of the time
-            given = [[x.item() if isinstance(x, np.ndarray) else x for x in own] for own in given]
-        rows, accelerations, multipliers, numbers = given
-        with np.errstate(all="ignore"):
-            return equations.at(rows, 0.0, accelerations, multipliers, numbers.__getitem__)
-
-    def _rows(self, at: Linear, which: Array, held: Array | None = None) -> tuple[Rows, Array]:
-        """C by the sizes of the coordinates, its rows of length 1; and how long they were (runs, m). held: 1 for each
-        row that counts, else 0; by default all do."""
-        C = self._sized(at, which)
-        C, lengths = unit_rows(C if held is None else C * held[:, None])
-        return Rows.of(C, REDUNDANT, self.most[which]), lengths
-
-    def _stand(self, which: Array) -> None:
-        """What holds these runs has changed."""
-        if not len(which):
-            return
-        self.standing.write(self.state, which)
-        at = self._at(self.state[:, which], np.zeros((len(which), self.n)), self.mu[which], which, self.constraints)
-        rows, own = self.standing.free(self._sized(at, which), self.others[which])
-        self.most[which] = rows.rank + Rows.of(unit_rows(own)[0], REDUNDANT).rank
-        self.longest[which] = LONGEST
-
-    def _sized(self, at: Linear, which: Array) -> Array:
-        """C by the sizes of the coordinates."""
-        found: Array = -at.dense("rows", "a", len(which)) * self.sizes[which][:, None, :]
-        return found
-
-    def with_rates(self, state: Array, rates: Array) -> Array:
-        found = state.copy()
-        found[self.rates] = rates.T
-        return found
-
-    def asked(self, state: Array, which: Array) -> Array:
-        """The least change of velocities (runs, n) that fulfils the constraints."""
-        runs = len(which)
-        at = self._at(state, np.zeros((runs, self.n)), np.zeros((runs, self.m)), which, self.constraints)
-        rows, lengths = self._rows(at, which)
-        return -rows.least(at.vector("rates", runs) / lengths) * self.sizes[which]
-
-    def _moving(self, state: Array, which: Array) -> tuple[Array, _Motion | None]:
-        """The states with the velocities of the rotation, and the motion; None at rest."""
-        turns = self.turns[which]
-        if not turns.any():
-            return state, None
-        runs, sizes, model = len(which), self.sizes[which], self._of(which)
-        with np.errstate(all="ignore"):
-            own = carried(self.tracer.tree(model), list(state[: self.tree.state]), self.rotation[:, which])
-        state = self.with_rates(state, own.rates)
-        state = self.with_rates(state, np.where(turns[:, None], own.rates + self.asked(state, which), 0.0))
-        at = self._at(state, own.accelerations, np.zeros((runs, self.m)), which, self.constraint_slopes)
-        rows, lengths = self._rows(at, which)
-
-        def least(b: Array) -> Array:
-            found = rows.least(b / lengths[:, :, None]) * sizes[:, :, None]
-            return np.where(turns[:, None, None], found, 0.0)
-
-        a = own.accelerations + least(at.vector("rows", runs)[:, :, None])[:, :, 0]
-        changes = at.dense("rates", "q", runs) + product(at.dense("rates", "v", runs), own.rates_by)
-        rates_by = own.rates_by - least(changes)
-        changes = at.dense("rows", "q", runs) + product(at.dense("rows", "v", runs), rates_by)
-        changes += product(at.dense("rows", "a", runs), own.accelerations_by)
-        return state, _Motion(a, rates_by, own.accelerations_by + least(changes), own)
-
-    def _looked(self, state: Array, which: Array, equations: Equations) -> tuple[Array, Linear, _Motion | None]:
-        """The equations where the state moves as it should."""
-        state, motion = self._moving(state, which)
-        a = np.zeros((len(which), self.n)) if motion is None else motion.a
-        return state, self._at(state, a, self.mu[which], which, equations), motion
-
-    # ---------------------------------------------------------------- the search
     def found(self, driven: bool) -> Resting:
         """All runs together, none of which sees another; those that rest take no further part, nor do those that never
         will."""
@@ -285,7 +119,8 @@ class _Search:
             changed = np.concatenate([which[met], slips])
             done[slips], repeated[changed], grown[changed] = False, 0, 0
             last[:, changed], before[:, changed] = np.inf, np.nan
-            self._stand(changed)
+            self.longest[changed] = LONGEST
+            self.stand(changed)
         good = done & self.stands & (still | (left <= np.maximum(ROUNDING * worst, 1e-12)))
         status, growth = np.full(self.runs, NONE_FOUND), np.full(self.runs, np.nan)
         for first in range(0, self.runs, AT_ONCE):
@@ -305,11 +140,11 @@ class _Search:
         if not len(which):
             return which
         runs, D, equations = len(which), self.sizes[which], self.equations.only(("a",), ("along", "rows"))
-        state, motion = self._moving(self.state[:, which], which)
+        state, motion = self.moving(self.state[:, which], which)
         a = np.zeros((runs, self.n)) if motion is None else motion.a
-        at = self._at(state, a, np.zeros((runs, self.m)), which, equations)
+        at = self.at(state, a, np.zeros((runs, self.m)), which, equations)
         M = -at.dense("along", "a", runs) * D[:, :, None] * D[:, None, :]
-        f, C = at.vector("along", runs) * D, self._sized(at, which)
+        f, C = at.vector("along", runs) * D, self.sized(at, which)
         holds, changes = self.standing.stays(C, M, f, self.others[which], which)
         self.stands[which] = holds
         return which[changes]
@@ -338,20 +173,20 @@ class _Search:
         forces = []
         for _ in range(PLACES):
             dq = draw(-1.0, 1.0, self.n) * self.sizes
-            state = self._elsewhere(self.state, dq, np.zeros((self.runs, self.tracer.laws)), every)
-            at = self._at(state, np.zeros((self.runs, self.n)), self.mu, every, self.forces)
+            state = self.elsewhere(self.state, dq, np.zeros((self.runs, self.tracer.laws)), every)
+            at = self.at(state, np.zeros((self.runs, self.n)), self.mu, every, self.forces)
             forces.append((at.vector("along", self.runs) * self.sizes)[:, rows])
         return np.where(self.turns, 0.0, unbalanced(np.array(forces)))
 
     def _judged(self, which: Array, worst: Array) -> tuple[Array, Array]:
         """Of runs whose forces are balanced the status and the growth; their states move as they should from now on."""
-        state, at, motion = self._looked(self.state[:, which], which, self.equations)
+        state, at, motion = self.looked(self.state[:, which], which, self.equations)
         self.state[:, which] = state
-        rows, lengths = self._rows(at, which)
+        rows, lengths = self.rows_of(at, which)
         lasts = self._lasts(state, at, motion, rows, lengths, which, worst)
         gamma = np.zeros((len(which), self.n, self.n)) if motion is None else motion.carried.rates_by
         lambda_ = np.zeros_like(gamma) if motion is None else motion.carried.shifts_by
-        near = Near(at, rows, self._rows(at, which, self.held)[0], lengths, self.sizes[which], gamma, lambda_)
+        near = Near(at, rows, self.rows_of(at, which, self.held)[0], lengths, self.sizes[which], gamma, lambda_)
         found = stability(near)
         drifts = found.zeros > np.where(self.turns[which], TURNING, 0)
         status = np.where(found.grows, UNSTABLE, np.where(drifts, NOT_ISOLATED, FOUND))
@@ -361,8 +196,8 @@ class _Search:
     def _step(self, which: Array) -> "_Step":
         """Along the reflected coordinates of `Rows`, the first of which the constraints decide."""
         runs, n, s, D = len(which), self.n, len(self.equations.columns["laws"]), self.sizes[which]
-        _, at, motion = self._looked(self.state[:, which], which, self.equations)
-        rows, lengths = self._rows(at, which)
+        _, at, motion = self.looked(self.state[:, which], which, self.equations)
+        rows, lengths = self.rows_of(at, which)
         Q, Qt, rank = rows.Q, turned(rows.Q), rows.rank
         along = product(Qt, at.vector("along", runs) * D)
         carried = np.maximum(
@@ -370,10 +205,10 @@ class _Search:
         )
         noise = FAINT * carried[:, None]
         along = np.where((np.abs(along) <= noise) & (np.arange(n) >= rank[:, None]), 0.0, along)
-        K = product(Qt, product(-_by_places(at, "along", motion, runs) * D[:, None, :] * D[:, :, None], Q))
+        K = product(Qt, product(-by_places(at, "along", motion, runs) * D[:, None, :] * D[:, :, None], Q))
         K = np.where(np.abs(K) <= noise[:, :, None], 0.0, K)
         S = product(Qt, at.dense("along", "laws", runs) * D[:, :, None])
-        L, P = product(_by_places(at, "laws", motion, runs) * D[:, None, :], Q), at.dense("laws", "laws", runs)
+        L, P = product(by_places(at, "laws", motion, runs) * D[:, None, :], Q), at.dense("laws", "laws", runs)
         rates = at.vector("laws", runs)
         force = np.abs(product(Q, _free(along, rank))).max(axis=1, initial=0.0)
         values = np.nan_to_num(symmetric_values(0.5 * (K + turned(K)), rank))
@@ -410,8 +245,8 @@ class _Search:
         is, and whether anything does (runs,)."""
         runs, part, old, a = len(which), step.short.copy(), self.state[:, which], np.zeros((len(which), self.n))
         for _ in range(HALVINGS):
-            new = self._elsewhere(old, part[:, None] * step.dq, part[:, None] * step.ds, which)
-            _, at, _ = self._looked(new, which, self.forces)
+            new = self.elsewhere(old, part[:, None] * step.dq, part[:, None] * step.ds, which)
+            _, at, _ = self.looked(new, which, self.forces)
             bad = ~np.isfinite(new).all(axis=0) | ~np.isfinite(at.vector("along", runs)).all(axis=1)
             rates = np.abs(at.vector("laws", runs))
             bad |= (~(rates <= GROWS * self.fastest[which]) & (self.fastest[which] > 0.0)).any(axis=1)
@@ -420,39 +255,19 @@ class _Search:
             if not bad.any():
                 break
             part[bad] *= 0.5
-        met = np.zeros(runs, bool)
+        met: Array = np.zeros(runs, bool)
         if self.standing.switches:
-            gaps = [self._at(x, a, self.mu[which], which, self.gaps).vector("gaps", runs) for x in (old, new)]
-            to, closes = self.standing.meets(*gaps, which)
+            before, after = (self.at(x, a, self.mu[which], which, self.gaps).vector("gaps", runs) for x in (old, new))
+            to, closes = self.standing.meets(before, after, which)
             met = closes.any(axis=1)
             part *= to
             self.standing.close(closes, which)
-            new = self._elsewhere(old, part[:, None] * step.dq, part[:, None] * step.ds, which)
-        self.state[:, which] = self._counted(new, which)
+            new = self.elsewhere(old, part[:, None] * step.dq, part[:, None] * step.ds, which)
+        self.state[:, which] = self.counted(new, which)
         return part, met
 
-    def _elsewhere(self, state: Array, dq: Array, ds: Array, which: Array) -> Array:
-        """The states moved by these coordinates (runs, n), and states of laws."""
-        runs, chart, elements = len(which), self.tracer.chart_of(self._of(which)), self.tree.state + self.tracer.laws
-        u = [*dq.T, *np.zeros((self.n, runs)), *ds.T]
-        u += [np.zeros(runs)] * (chart.size - len(u))
-        with np.errstate(all="ignore"):
-            moved = chart.settled(chart.moved(tuple(state[:elements]), tuple(u)))
-        return np.array([*(np.broadcast_to(np.asarray(x), (runs,)) for x in moved), *state[elements:]])
-
-    def _counted(self, state: Array, which: Array) -> Array:
-        """With the turns of joints counted on."""
-        augmented = self.tracer.augmented
-        if not augmented.angles:
-            return state
-        model, first = self._of(which), len(state) - augmented.rows
-        posture = self.tracer.posture(model, [tuple(state[:first])], tuple(state[first:]), 0.0)
-        for n, angle in enumerate(augmented.counted(model, posture.now)):
-            state[first + n] = angle
-        return state
-
     def _lasts(
-        self, state: Array, at: Linear, motion: _Motion | None, rows: Rows, lengths: Array, which: Array, worst: Array
+        self, state: Array, at: Linear, motion: Motion | None, rows: Rows, lengths: Array, which: Array, worst: Array
     ) -> Array:
         """Whether what shall turn turns, and goes on: its velocities fulfil the constraints, and its forces and the
         rates of its laws do not change while it turns (runs,). worst (runs,): the largest force there was."""
@@ -476,9 +291,9 @@ class _Search:
 
 @dataclass(frozen=True)
 class _Step:
-    """dmu: what multipliers change by in it; push: what the forces at its start do in it, once laws are where it leads; restless: by how much states of laws do not rest, of what their
-    rates can be; still: whether what is left of forces is rounding; newton: whether the pseudo-transient part no longer
-    counts; short: how much of it is not too long."""
+    """dmu: what multipliers change by in it; push: what the forces at its start do in it, once laws are where it leads;
+    restless: by how much states of laws do not rest, of what their rates can be; still: whether what is left of forces
+    is rounding; newton: whether the pseudo-transient part no longer counts; short: how much of it is not too long."""
 
     dq: Array
     dmu: Array
@@ -491,24 +306,6 @@ class _Step:
     newton: Array
 
 
-def _by_places(at: Linear, of: str, motion: _Motion | None, runs: int) -> Array:
-    """The derivative by the places, of what moves with them."""
-    found = at.dense(of, "q", runs)
-    if motion is None:
-        return found
-    found = found + product(at.dense(of, "v", runs), motion.rates_by)
-    return found + product(at.dense(of, "a", runs), motion.accelerations_by)
-
-
 def _free(x: Array, rank: Array) -> Array:
     """Of reflected coordinates, those that constraints leave free; 0 of the others."""
     return np.where(np.arange(x.shape[1]) >= rank[:, None], x, 0.0)
-
-
-def _part(x: Any, which: Array, runs: int) -> Any:
-    """A number of the model, of some of all runs."""
-    if type(x) is float or len(which) == runs:
-        return x
-    if isinstance(x, np.ndarray):
-        return x[which] if x.shape == (runs,) else x
-    return x.part(which) if isinstance(x, RunNumbers) else x

@@ -119,7 +119,7 @@ class Standing:
     def stays(self, C: Array, M: Array, f: Array, most: Array, which: Array) -> tuple[Array, Array]:
         """Whether forces hold what rests (runs,), and whether anything opens or slides since they do not, which is
         then so; f (runs, n): what acts without any multipliers; all along the same coordinates."""
-        runs, q, s = len(which), len(self.columns), len(self.switches)
+        runs, q = len(which), len(self.columns)
         rows, own = self.free(C, most)
         masses, right = product(turned(rows.Q), product(M, rows.Q)), product(turned(rows.Q), f)
         by = solved(masses, np.concatenate([right[:, :, None], turned(own)], axis=2), rows.rank, SMALL)
