@@ -259,7 +259,7 @@ class _Search(Balance):
         if self.standing.switches:
             before, after = (self.at(x, a, self.mu[which], which, self.gaps).vector("gaps", runs) for x in (old, new))
             to, closes = self.standing.meets(before, after, which)
-            met = closes.any(axis=1)
+            met = np.asarray(closes.any(axis=1))
             part *= to
             self.standing.close(closes, which)
             new = self.elsewhere(old, part[:, None] * step.dq, part[:, None] * step.ds, which)
