@@ -74,3 +74,9 @@ def test_what_nothing_holds_has_six_modes_of_zero_whatever_it_is_made_of(seed: i
     zero = (modes.growth.values == 0.0) & (modes.angular_frequency.values == 0.0)
     assert zero.sum() == 6
     assert not modes.grows.any()
+
+
+def test_what_lies_may_roll_and_nothing_else_in_every_run() -> None:
+    """Its only freedom has a stiffness of rounding, between weight and what carries it."""
+    rods = {"sweep.runs": 400}
+    assert (lienumba.equilibrium("scenarios/falling_rod.toml", overrides=rods).status == 3).all()

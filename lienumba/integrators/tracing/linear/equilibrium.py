@@ -186,7 +186,9 @@ class _Search(Balance):
         lasts = self._lasts(state, at, motion, rows, lengths, which, worst)
         gamma = np.zeros((len(which), self.n, self.n)) if motion is None else motion.carried.rates_by
         lambda_ = np.zeros_like(gamma) if motion is None else motion.carried.shifts_by
-        near = Near(at, rows, self.rows_of(at, which, self.held)[0], lengths, self.sizes[which], gamma, lambda_)
+        near = Near(
+            at, self.mu[which], rows, self.rows_of(at, which, self.held)[0], lengths, self.sizes[which], gamma, lambda_
+        )
         found = stability(near)
         drifts = found.zeros > np.where(self.turns[which], TURNING, 0)
         status = np.where(found.grows, UNSTABLE, np.where(drifts, NOT_ISOLATED, FOUND))

@@ -26,10 +26,12 @@ SMALL = 1e-13  # of the largest pivot of the masses
 
 @dataclass(frozen=True)
 class Near:
-    """What is known of a state: the equations there, the constraints of rates and those of places among them, how long
-    the rows of both were, the sizes of coordinates (runs, n); gamma, lambda_ (runs, n, n)."""
+    """What is known of a state: the equations there, the multipliers of their rows (runs, m), the constraints of rates
+    and those of places among them, how long the rows of both were, the sizes of coordinates (runs, n); gamma, lambda_
+    (runs, n, n)."""
 
     at: Linear
+    mu: Array
     rows: Rows
     places: Rows
     lengths: Array
@@ -66,12 +68,14 @@ def stability(near: Near) -> Stability:
 
 def _terms(near: Near) -> tuple[Array, Array]:
     """Of one coordinate without the others what its stiffness and damping give it, at most (runs,): as an acceleration
-    in a unit and at a unit of speed, and how fast (1/s) that could move it."""
+    in a unit and at a unit of speed, and how fast (1/s) that could move it. What constraints carry counts as stiffness:
+    turned, it is some."""
     at, D, runs = near.at, near.sizes, len(near.sizes)
+    carried = (np.abs(at.dense("rows", "a", runs) * near.mu[:, :, None]) * D[:, None, :]).sum(axis=1)
     K, damping, M = (np.abs(at.dense("along", by, runs)) * D[:, None, :] * D[:, :, None] for by in ("q", "v", "a"))
     masses = M.diagonal(axis1=1, axis2=2)
     with np.errstate(all="ignore"):
-        stiff, damped = K.max(axis=2) / masses, damping.max(axis=2) / masses
+        stiff, damped = np.maximum(K.max(axis=2), carried) / masses, damping.max(axis=2) / masses
     stiff, damped = (np.where(np.isfinite(x), x, 0.0).max(axis=1, initial=0.0) for x in (stiff, damped))
     return np.maximum(stiff, damped), np.maximum(np.sqrt(stiff), damped)
 
