@@ -80,3 +80,6 @@ def test_what_lies_may_roll_and_nothing_else_in_every_run() -> None:
     """Its only freedom has a stiffness of rounding, between weight and what carries it."""
     rods = {"sweep.runs": 400}
     assert (lienumba.equilibrium("scenarios/falling_rod.toml", overrides=rods).status == 3).all()
+    lying = lienumba.modes("scenarios/falling_rod.toml", overrides={**rods, "start": {"from": "equilibrium"}})
+    assert lying.stable.all()
+    assert not np.nan_to_num(np.hypot(lying.growth, lying.angular_frequency)).any()

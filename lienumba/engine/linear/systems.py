@@ -15,6 +15,7 @@ from lienumba.engine.linear.states import States
 from lienumba.groups import so3
 from lienumba.integrators.tracing.linear.equations import Equations, Linear
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
+from lienumba.integrators.tracing.linear.stability import terms
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.mechanics.mechanism.moves import Free
 from lienumba.mechanics.system.constraints import constraints_of
@@ -28,7 +29,7 @@ BY = ("q", "v", "laws", "inputs")
 class Systems:
     """Of some runs (indices) whose constraints have the same rank: x' = A x + B u, seen = C x + D u; bodies: the shifts
     and turns (global axes, 6 per body) of all bodies that go with x; order: how many of x are places, how many rates;
-    chosen: which coordinates and rates of the tree these are."""
+    chosen: which coordinates and rates of the tree these are; terms, fastest (runs,): see `stability.terms`."""
 
     runs: Array
     A: Array
@@ -37,6 +38,8 @@ class Systems:
     D: Array
     bodies: Array
     chosen: tuple[Array, Array]
+    terms: Array
+    fastest: Array
 
 
 @dataclass(frozen=True)
@@ -63,9 +66,11 @@ class Recorded:
             ranks = np.stack([blocks.places.rows.rank, blocks.rates.rows.rank], axis=1)
             for rank in np.unique(ranks[good], axis=0):
                 own, kind = np.flatnonzero(good & (ranks == rank).all(axis=1)), tuple(rank.tolist())
-                found = reduced(_of(blocks, own), chosen.get(kind))
+                of_kind = _of(blocks, own)
+                found = reduced(of_kind, chosen.get(kind))
                 chosen[kind] = found.chosen
-                yield _system(own + first, found, {name: x[own] for name, x in seen.items()}, bodies[own])
+                looked = {name: x[own] for name, x in seen.items()}
+                yield _system(own + first, of_kind, found, looked, bodies[own])
 
     def seen(self, states: States) -> Array:
         """The quantities that are looked at (runs, ...), where nothing accelerates."""
@@ -99,7 +104,10 @@ class Recorded:
 
     def _blocks(self, states: States, turning: Sequence[float]) -> tuple[Blocks, dict[str, Array], Array]:
         """What is to be reduced, what is seen, and how bodies move with the rates, along the axes looked at."""
-        found = self._at(self.equations, states, *self.solved(states))
+        a, mu = self.solved(states)
+        found, runs = self._at(self.equations, states, a, mu), len(states.labels)
+        multipliers = np.array(mu).T if mu else np.zeros((runs, 0))
+        counts = terms(found, multipliers, np.ones((runs, len(a))))
         T, gamma, carried = self._axes(found, states, turning)
         turns, back = bool(turning_links(self.tracer.tree(self.tracer.graph()[1]))), turned(T)
 
@@ -117,7 +125,7 @@ class Recorded:
         rates = Constraints.of(-G["a"])
         places = rates if held.all() else Constraints.of(np.where(held[:, None], -G["a"], 0.0))
         P = np.where(held[:, None], P, 0.0)
-        made = Blocks(-F["a"], places, rates, F, G, blocks("rates"), P, gamma, carried, blocks("laws"))
+        made = Blocks(-F["a"], places, rates, F, G, blocks("rates"), P, gamma, carried, blocks("laws"), *counts)
         return made, blocks("seen"), looked(found.dense("bodies", "v", len(states.labels)))
 
     def _axes(self, found: Linear, states: States, turning: Sequence[float]) -> tuple[Array, Array, Array]:
@@ -141,7 +149,7 @@ class Recorded:
         return T, gamma, carried
 
 
-def _system(runs: Array, found: Reduced, seen: Mapping[str, Array], bodies: Array) -> Systems:
+def _system(runs: Array, blocks: Blocks, found: Reduced, seen: Mapping[str, Array], bodies: Array) -> Systems:
     size = found.A.shape[1]
     laws = size - sum(map(len, found.chosen))
     whole = [np.concatenate(x, axis=2) for x in (found.q, found.v, found.a, found.mu)]
@@ -150,7 +158,15 @@ def _system(runs: Array, found: Reduced, seen: Mapping[str, Array], bodies: Arra
     total[:, :, size - laws : size] += seen["laws"]
     total[:, :, size:] += seen["inputs"]
     return Systems(
-        runs, found.A, found.B, total[:, :, :size], total[:, :, size:], product(bodies, found.q[0]), found.chosen
+        runs,
+        found.A,
+        found.B,
+        total[:, :, :size],
+        total[:, :, size:],
+        product(bodies, found.q[0]),
+        found.chosen,
+        blocks.terms,
+        blocks.fastest,
     )
 
 

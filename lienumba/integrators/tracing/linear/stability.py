@@ -54,24 +54,24 @@ def stability(near: Near) -> Stability:
     """growth is NaN where there are no finite equations."""
     runs = len(near.sizes)
     growth, grows, zeros = np.full(runs, np.nan), np.zeros(runs, bool), np.zeros(runs, int)
-    accelerations, fastest = _terms(near)
+    accelerations, fastest = terms(near.at, near.mu, near.sizes)
     for which, A, rates in _systems(near):
-        terms = np.zeros(A.shape[:2])
-        terms[:, rates] = accelerations[which, None]
+        least = np.zeros(A.shape[:2])
+        least[:, rates] = accelerations[which, None]
         values = eigenvalues(A)
-        nothing = vanishing(A, values, terms, fastest[which])
+        nothing = vanishing(A, values, least, fastest[which])
         growth[which] = values.real.max(axis=1, initial=-np.inf)
         grows[which] = growing(np.where(nothing, 0.0, values)).any(axis=1)
         zeros[which] = nothing.sum(axis=1)
     return Stability(growth, grows, zeros)
 
 
-def _terms(near: Near) -> tuple[Array, Array]:
+def terms(at: Linear, mu: Array, sizes: Array) -> tuple[Array, Array]:
     """Of one coordinate without the others what its stiffness and damping give it, at most (runs,): as an acceleration
     in a unit and at a unit of speed, and how fast (1/s) that could move it. What constraints carry counts as stiffness:
     turned, it is some."""
-    at, D, runs = near.at, near.sizes, len(near.sizes)
-    carried = (np.abs(at.dense("rows", "a", runs) * near.mu[:, :, None]) * D[:, None, :]).sum(axis=1)
+    D, runs = sizes, len(sizes)
+    carried = (np.abs(at.dense("rows", "a", runs) * mu[:, :, None]) * D[:, None, :]).sum(axis=1)
     K, damping, M = (np.abs(at.dense("along", by, runs)) * D[:, None, :] * D[:, :, None] for by in ("q", "v", "a"))
     masses = M.diagonal(axis1=1, axis2=2)
     with np.errstate(all="ignore"):
