@@ -100,10 +100,13 @@ def test_a_run_without_an_equilibrium_fails_alone() -> None:
     )
 
 
-def test_one_beyond_a_stop_is_none() -> None:
+def test_one_that_would_be_beyond_a_stop_lies_on_it() -> None:
     scenario = slide(parameters__k=[50.0, 200.0])
     scenario["model"]["limits"] = [{"name": "stop", "joint": "rail", "low": -0.2}]
-    assert lienumba.run(scenario).status.values.tolist() == [16, 0]
+    found = lienumba.run(scenario)
+    assert found.status.values.tolist() == [0, 0]
+    expected = np.array([[-0.2], [-2 * G / 200.0]]) + np.zeros(found["height.displacement"].shape)
+    np.testing.assert_allclose(found["height.displacement"].values, expected, rtol=1e-12)
 
 
 def test_an_unstable_start_is_told() -> None:
