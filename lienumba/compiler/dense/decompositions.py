@@ -99,6 +99,11 @@ class Rows:
             _routine("forward")(self.L, self.rank, self.order, _given(right), found)
         return found if b.ndim == 3 else found[:, :, 0]
 
+    def free(self, x: Array) -> Array:
+        """Of what is along the columns of Q (runs, n) or (runs, k, n), that of those that are free; 0 of the others."""
+        rank = self.rank.reshape(-1, *[1] * (x.ndim - 1))
+        return np.where(np.arange(x.shape[-1]) >= rank, x, 0.0)
+
     def least(self, b: Array) -> Array:
         """The shortest x with C x = b in the rows that say something."""
         if not self.rank.any():
@@ -172,18 +177,16 @@ def magnitudes(values: Array) -> Array:
     return found
 
 
-def vanishing(A: Array, values: Array, terms: Array | None = None, fastest: Array | None = None) -> Array:
+def vanishing(A: Array, values: Array, rates: slice, terms: Array, fastest: Array) -> Array:
     """Which eigenvalues are 0 but for rounding (runs, n): small ones that are not the same where entries of A are
-    rounded otherwise. terms (runs, n): what rows of A are sums of, at least; fastest (runs,): what all is compared
+    rounded otherwise. terms (runs,): what rows of `rates` are sums of, at least; fastest (runs,): what all is compared
     with, at least."""
     sizes = magnitudes(values)
-    largest = sizes.max(axis=1, initial=0.0)
-    largest = largest if fastest is None else np.maximum(largest, fastest)
-    found: Array = sizes <= SMALL * largest[:, None]
+    found: Array = sizes <= SMALL * np.maximum(sizes.max(axis=1, initial=0.0), fastest)[:, None]
     which = np.flatnonzero((found & (sizes > 0.0)).any(axis=1))
     if len(which):
         rows = np.abs(A[which]).max(axis=2)
-        rows = rows if terms is None else np.maximum(rows, terms[which])
+        rows[:, rates] = np.maximum(rows[:, rates], terms[which, None])
         n, draw = A.shape[1], np.random.default_rng(0).uniform
         rounded = draw(0.5, 1.0, (n, n)) * np.where(draw(-1.0, 1.0, (n, n)) < 0.0, -1.0, 1.0)
         others = eigenvalues(A[which] + ROUNDED * rows[:, :, None] * rounded)

@@ -11,13 +11,13 @@ from typing import Any
 
 from lienumba.errors import ScenarioError
 from lienumba.groups import so3
+from lienumba.integrators.tracing.linear.equations import violations
 from lienumba.integrators.tracing.tracer import Posture as Still
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.quantities import joined
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.model import GROUND, Law, Model, at_time
 from lienumba.mechanics.mechanism.moves import Ball, Free
-from lienumba.mechanics.system import constraints
 from lienumba.mechanics.tree.links import Link, Tree
 from lienumba.mechanics.tree.motion import state_of
 from lienumba.mechanics.tree.posture import Posture
@@ -125,11 +125,9 @@ class Looked:
     def outputs(self, model: Model, posture: Still, mask: list[Any], used: Sequence[int]) -> dict[str, list[Any]]:
         assert isinstance(posture, Posture)
         now = posture.now
-        rates, residual = constraints.rates(model, now), constraints.residual(model, now)
         view = kinematics.still(now, tuple(range(len(now.bodies))))
         return {
-            "positions": [mask[row] * residual[row] for row in used],
-            "rates": [mask[row] * rates[row] for row in used],
+            **violations(model, now, mask, used),
             "bodies": [x for body in now.bodies for x in (*body[12:15], *so3.rotate(body[3:12], body[15:18]))],
             "axes": [x for link in turning_links(posture.tree) for x in _axes(posture, link)],
             "seen": [quantities.component(model, name, view) for name in self.seen],

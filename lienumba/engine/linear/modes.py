@@ -133,9 +133,8 @@ def _of_systems(system: Systems, shapes: bool) -> tuple[Array, Array, Array | No
         values, vectors = eigenvectors(A)
     else:
         values = eigenvalues(A)
-    least, (y, z) = np.zeros(A.shape[:2]), map(len, system.chosen)
-    least[:, y : y + z] = system.terms[sound, None]
-    zero = vanishing(A, values, least, system.fastest[sound])
+    y, z = map(len, system.chosen)
+    zero = vanishing(A, values, slice(y, y + z), system.terms[sound], system.fastest[sound])
     values[zero] = 0.0
     upper = (values.imag >= 0.0) & ~(zero & (np.cumsum(zero, axis=1) % 2 == 0))
     order = np.lexsort((-values.real, np.where(upper, values.imag, np.inf)), axis=1)

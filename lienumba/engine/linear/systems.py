@@ -158,16 +158,9 @@ def _system(runs: Array, blocks: Blocks, found: Reduced, seen: Mapping[str, Arra
     total[:, :, size - laws : size] += seen["laws"]
     total[:, :, size:] += seen["inputs"]
     return Systems(
-        runs,
-        found.A,
-        found.B,
-        total[:, :, :size],
-        total[:, :, size:],
-        product(bodies, found.q[0]),
-        found.chosen,
-        blocks.terms,
-        blocks.fastest,
-    )
+        runs, found.A, found.B, total[:, :, :size], total[:, :, size:], product(bodies, found.q[0]), found.chosen,
+        blocks.terms, blocks.fastest,
+    )  # fmt: skip
 
 
 def _of(blocks: Blocks, runs: Array) -> Blocks:

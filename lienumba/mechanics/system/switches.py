@@ -46,6 +46,11 @@ class Switch:
         return self.what, self.name
 
     @property
+    def unilateral(self) -> bool:
+        """Whether it is a stop or a contact."""
+        return self.what in (LIMIT, CONTACT)
+
+    @property
     def numbers(self) -> tuple[int, ...]:
         """As drivers know it: see `lienumba.integrators.layout`."""
         grip = self.memory + self.memories - len(GRIP) if self.grips else -1

@@ -5,42 +5,23 @@ positions: q = ... + h^2 p a + G eta and v = ... + h g a, with G = C^T at the st
 equations of motion, C v = b and Phi(q) = 0 at its end (Arnold, Bruels and Cardona 2015, section 5), so that no
 projection has to move what a stiff force holds:
 
-    along:  M - h g F_v - h^2 p F_q,  C^T,  -F_q G;    velocities:  C, and by q over h g;    positions:  C, C G / h^2 p.
+    along:  M - h g F_v - h^2 p F_q,  C^T,  -F_q G;    rates:  C, and by q over h g;    positions:  C, C G / h^2 p.
 
 eta leaves with the multiplier of its row; behind it stands C G / h^2 p, which is definite as C M^-1 C^T is.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 from lienumba.integrators.tracing.implicit import stage_system
 from lienumba.integrators.tracing.linear.equations import Linear
-from lienumba.integrators.tracing.tracer import Posture, Tracer
-from lienumba.mechanics.mechanism.model import Model
+from lienumba.integrators.tracing.tracer import Tracer
 from lienumba.mechanics.system import constraints
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero
 
 Columns = dict[int, dict[int, Any]]  # of G: what each eta moves
-
-
-@dataclass(frozen=True)
-class Held:
-    """What is asked for at the end of a step beside the equations of motion."""
-
-    inputs: int = 0
-
-    def model(self, model: Model, t: Any, inputs: Sequence[Any]) -> Model:
-        return model
-
-    def outputs(self, model: Model, posture: Posture, mask: list[Any], used: Sequence[int]) -> dict[str, list[Any]]:
-        residual, rates = constraints.residual(model, posture.now), constraints.rates(model, posture.now)
-        return {
-            "positions": [mask[row] * residual[row] for row in used],
-            "velocities": [mask[row] * rates[row] for row in used],
-        }
 
 
 def holding(tracer: Tracer) -> list[int]:
@@ -65,8 +46,8 @@ def solved(
     """By how much the unknowns change; weights: p and g."""
     n, laws, count = stage_system.unknowns(tracer)
     place, rate = h * h * weights[0], h * weights[1]
-    starts = {"along": 0, "laws": n, "velocities": n + laws, "positions": n + laws + count}
-    scales: dict[str, Any] = {"velocities": -1.0 / rate, "positions": -1.0 / place}
+    starts = {"along": 0, "laws": n, "rates": n + laws, "positions": n + laws + count}
+    scales: dict[str, Any] = {"rates": -1.0 / rate, "positions": -1.0 / place}
     size = n + laws + count + len(G)
     number = {m: n + laws + count + k for k, m in enumerate(G)}  # of eta, and of the row of positions
     rows: stage_system.Rows = [{} for _ in range(size)]

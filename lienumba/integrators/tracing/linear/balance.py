@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lienumba.compiler.dense.decompositions import Rows, product, unit_rows
-from lienumba.integrators.tracing.linear.equations import Equations, Linear
+from lienumba.integrators.tracing.linear.equations import Equations, Held, Linear
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.integrators.tracing.linear.standing import REDUNDANT, Standing
 from lienumba.integrators.tracing.linear.uniform_rotation import Carried, carried
@@ -25,29 +25,20 @@ from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.mechanism.tables import RunNumbers
 from lienumba.mechanics.system import constraints
-from lienumba.mechanics.system.switches import CONTACT, LIMIT
+from lienumba.mechanics.system.switches import CONTACT, switches_of
 from lienumba.numerics.operations import sqrt
 
 Array = npt.NDArray[Any]
 
 
 @dataclass(frozen=True)
-class _Held:
-    """Phi and Phi' of the rows in use, and Phi of what may close."""
-
-    gaps: Sequence[int]
-    inputs = 0
-
-    def model(self, model: Model, t: Any, inputs: Sequence[Any]) -> Model:
-        return model
+class _Held(Held):
+    """And Phi of what may close."""
 
     def outputs(self, model: Model, posture: Posture, mask: list[Any], used: Sequence[int]) -> dict[str, list[Any]]:
-        residual, rates = constraints.residual(model, posture.now), constraints.rates(model, posture.now)
-        return {
-            "positions": [mask[row] * residual[row] for row in used],
-            "rates": [mask[row] * rates[row] for row in used],
-            "gaps": [residual[row] for row in self.gaps],
-        }
+        residual, first = constraints.residual(model, posture.now), constraints.permanent_rows(model)
+        gaps = [residual[first + x.first] for x in switches_of(model) if x.unilateral]
+        return {**super().outputs(model, posture, mask, used), "gaps": gaps}
 
 
 @dataclass(frozen=True)
@@ -64,7 +55,7 @@ class Motion:
 class Balance:
     """state: with all at rest; mu: multipliers of the rows in use (runs, m); held: 1 for those of places, else 0; most,
     others (runs,): how many rows say something, with and without those of stops and contacts; sizes (runs, n); forces,
-    gaps, constraints, constraint_slopes: parts of `equations` that a step needs at several places, and which cost far
+    gaps, masses, constraints, constraint_slopes: parts of `equations` that are looked at alone, and which cost far
     less; standing: what holds the runs."""
 
     def __init__(
@@ -73,11 +64,10 @@ class Balance:
         self.tracer, self.model, self.runs = tracer, model, runs
         self.rotation = np.array([np.broadcast_to(np.asarray(x, float), (runs,)) for x in rotation])
         self.turns = (self.rotation != 0.0).any(axis=0)
-        first = tracer.augmented.permanent
-        gaps = [first + x.first for x in tracer.augmented.switches if x.what in (LIMIT, CONTACT)]
-        self.equations = Equations.of(tracer, _Held(gaps))
+        self.equations = Equations.of(tracer, _Held())
         self.forces = self.equations.only((), ("along", "laws"))
         self.gaps = self.equations.only((), ("gaps",))
+        self.masses = self.equations.only(("a",), ("along", "rows"))
         self.constraints = self.equations.only(("a",), ("rows", "rates"))
         self.constraint_slopes = self.equations.only(("q", "v", "a"), ("rows", "rates"))
         self.tree = tracer.tree(tracer.graph()[1])
@@ -92,7 +82,7 @@ class Balance:
         levels = [c.level != "velocity" or stuck for c, stuck in zip(every_row, sticks, strict=True)]
         self.held = np.array([levels[row] for row in self.equations.used], float)
         self.sizes = self._sizes()
-        self.others, self.most = np.full((2, runs), min(self.m, self.n))
+        self.most = np.full(runs, min(self.m, self.n))
         every = np.arange(runs)  # where it starts the mechanism is closed, and redundant rows say the same
         at = self.at(self.state, np.zeros((runs, self.n)), self.mu, every, self.constraints)
         self.others = self.rows_of(at, every)[0].rank

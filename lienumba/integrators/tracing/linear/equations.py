@@ -28,7 +28,9 @@ from lienumba.compiler.series import FUNCTIONS
 from lienumba.compiler.symbols import Graph, Symbol
 from lienumba.integrators import layout
 from lienumba.integrators.tracing.tracer import Posture, Tracer
+from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.system import constraints
 from lienumba.numerics.jets import Dual, lift
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero
@@ -93,6 +95,25 @@ class More(Protocol):
 
     def outputs(self, model: Model, posture: Posture, mask: list[Any], used: Sequence[int]) -> dict[str, list[Any]]:
         """Others, by name."""
+
+
+def violations(model: Model, now: Instant, mask: list[Any], used: Sequence[int]) -> dict[str, list[Any]]:
+    """Phi and Phi' of the rows in use."""
+    residual, rates = constraints.residual(model, now), constraints.rates(model, now)
+    return {"positions": [mask[row] * residual[row] for row in used], "rates": [mask[row] * rates[row] for row in used]}
+
+
+@dataclass(frozen=True)
+class Held:
+    """`violations`, beside f."""
+
+    inputs: int = 0
+
+    def model(self, model: Model, t: Any, inputs: Sequence[Any]) -> Model:
+        return model
+
+    def outputs(self, model: Model, posture: Posture, mask: list[Any], used: Sequence[int]) -> dict[str, list[Any]]:
+        return violations(model, posture.now, mask, used)
 
 
 @dataclass(frozen=True)

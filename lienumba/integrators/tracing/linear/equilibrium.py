@@ -139,10 +139,10 @@ class _Search(Balance):
         which = which[(self.standing.on[:, which] != OFF).any(axis=0)]
         if not len(which):
             return which
-        runs, D, equations = len(which), self.sizes[which], self.equations.only(("a",), ("along", "rows"))
+        runs, D = len(which), self.sizes[which]
         state, motion = self.moving(self.state[:, which], which)
         a = np.zeros((runs, self.n)) if motion is None else motion.a
-        at = self.at(state, a, np.zeros((runs, self.m)), which, equations)
+        at = self.at(state, a, np.zeros((runs, self.m)), which, self.masses)
         M = -at.dense("along", "a", runs) * D[:, :, None] * D[:, None, :]
         f, C = at.vector("along", runs) * D, self.sized(at, which)
         holds, changes = self.standing.stays(C, M, f, self.others[which], which)
@@ -212,7 +212,7 @@ class _Search(Balance):
         S = product(Qt, at.dense("along", "laws", runs) * D[:, :, None])
         L, P = product(by_places(at, "laws", motion, runs) * D[:, None, :], Q), at.dense("laws", "laws", runs)
         rates = at.vector("laws", runs)
-        force = np.abs(product(Q, _free(along, rank))).max(axis=1, initial=0.0)
+        force = np.abs(product(Q, rows.free(along))).max(axis=1, initial=0.0)
         values = np.nan_to_num(symmetric_values(0.5 * (K + turned(K)), rank))
         through = solved(-P, L, np.zeros(runs, np.int64), SMALL)  # states of laws as they follow places at once
         largest = np.abs(values).max(axis=1, initial=0.0)
@@ -239,7 +239,7 @@ class _Search(Balance):
         terms = np.abs(L).sum(axis=2) + product(np.abs(P), states)
         restless = (np.abs(rates) / np.maximum(terms, 1e-300)).max(axis=1, initial=0.0)
         self.fastest[which] = np.maximum(self.fastest[which], np.abs(rates))
-        push = (_free(along + product(S, ds), rank) * moved).sum(axis=1)
+        push = (rows.free(along + product(S, ds)) * moved).sum(axis=1)
         return _Step(dq * D, dmu, ds, force, push, restless, short, still, (sigma <= 1e-3 * largest) | still)
 
     def _moved(self, which: Array, step: "_Step") -> tuple[Array, Array]:
@@ -262,9 +262,10 @@ class _Search(Balance):
             before, after = (self.at(x, a, self.mu[which], which, self.gaps).vector("gaps", runs) for x in (old, new))
             to, closes = self.standing.meets(before, after, which)
             met = np.asarray(closes.any(axis=1))
-            part *= to
-            self.standing.close(closes, which)
-            new = self.elsewhere(old, part[:, None] * step.dq, part[:, None] * step.ds, which)
+            if met.any():
+                part *= to
+                self.standing.close(closes, which)
+                new = self.elsewhere(old, part[:, None] * step.dq, part[:, None] * step.ds, which)
         self.state[:, which] = self.counted(new, which)
         return part, met
 
@@ -284,7 +285,7 @@ class _Search(Balance):
             slopes = {by: at.dense(of, by, runs) * sizes[:, :, None] for by in ways}
             change = sum((product(slopes[by], x) for by, x in ways.items()), np.zeros(sizes.shape))
             if of == "along":
-                change = product(rows.Q, _free(product(turned(rows.Q), change), rows.rank))
+                change = product(rows.Q, rows.free(product(turned(rows.Q), change)))
             terms = [np.abs(slopes[by]).max(axis=(1, 2), initial=0.0) * np.abs(x).max(axis=1) for by, x in ways.items()]
             most = STEADY * speed * worst + EXACT * np.max(terms, axis=0)
             good &= np.abs(change).max(axis=1, initial=0.0) <= most
@@ -306,8 +307,3 @@ class _Step:
     short: Array
     still: Array
     newton: Array
-
-
-def _free(x: Array, rank: Array) -> Array:
-    """Of reflected coordinates, those that constraints leave free; 0 of the others."""
-    return np.where(np.arange(x.shape[1]) >= rank[:, None], x, 0.0)

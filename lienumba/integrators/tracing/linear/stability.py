@@ -56,10 +56,8 @@ def stability(near: Near) -> Stability:
     growth, grows, zeros = np.full(runs, np.nan), np.zeros(runs, bool), np.zeros(runs, int)
     accelerations, fastest = terms(near.at, near.mu, near.sizes)
     for which, A, rates in _systems(near):
-        least = np.zeros(A.shape[:2])
-        least[:, rates] = accelerations[which, None]
         values = eigenvalues(A)
-        nothing = vanishing(A, values, least, fastest[which])
+        nothing = vanishing(A, values, rates, accelerations[which], fastest[which])
         growth[which] = values.real.max(axis=1, initial=-np.inf)
         grows[which] = growing(np.where(nothing, 0.0, values)).any(axis=1)
         zeros[which] = nothing.sum(axis=1)

@@ -1,7 +1,7 @@
 """What a mechanism stands on where it rests: the rigid stops and contacts that hold it.
 
 While it is looked for, what touches is glued: stops, and contacts without friction, along their normals, others along
-their tangents, too; what opens no more than it can closes where the search meets it. Where all rests, the law of what
+their tangents, too; what is open closes where the search meets it. Where all rests, the law of what
 presses and sticks, the same as of a motion, says whether forces can hold it so. What they would have to pull opens, and
 what they cannot keep from slipping slides, without friction; then the search goes on. Without friction at the end is
 within Coulomb's law, too. Relative to a rotation contacts with friction stay open.
@@ -26,7 +26,7 @@ from lienumba.mechanics.mechanism.kinematics import OFF, SLIDE, STICK
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import constraints
 from lienumba.mechanics.system.switched import scales
-from lienumba.mechanics.system.switches import CONTACT, LIMIT, Switch
+from lienumba.mechanics.system.switches import Switch
 
 Array = npt.NDArray[Any]
 REDUNDANT = 1e-6  # of the largest row of C, beside those before it
@@ -62,7 +62,7 @@ class Standing:
     def of(tracer: GluedTracer, model: Model, rows: Sequence[Any], used: Sequence[int], turns: Array) -> "Standing":
         """With all closed that touches in the states with these rows; used: see `Equations`."""
         runs, augmented = len(turns), tracer.augmented
-        numbers = [n for n, x in enumerate(augmented.switches) if x.what in (LIMIT, CONTACT)]
+        numbers = [n for n, x in enumerate(augmented.switches) if x.unilateral]
         found = tuple(augmented.switches[n] for n in numbers)
         first = len(rows) - augmented.rows + augmented.first_mode
         masks = [range(first + x.first, first + x.first + x.rows) for x in found]
@@ -113,8 +113,7 @@ class Standing:
         others = C.copy()
         others[:, self.columns] = 0.0
         rows = Rows.of(unit_rows(others)[0], REDUNDANT, most)
-        own = product(C[:, self.columns], rows.Q)
-        return rows, np.where(np.arange(C.shape[2]) >= rows.rank[:, None, None], own, 0.0)
+        return rows, rows.free(product(C[:, self.columns], rows.Q))
 
     def stays(self, C: Array, M: Array, f: Array, most: Array, which: Array) -> tuple[Array, Array]:
         """Whether forces hold what rests (runs,), and whether anything opens or slides since they do not, which is

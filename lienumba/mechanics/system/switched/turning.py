@@ -198,7 +198,7 @@ def numbers(model: Model, now: Instant, rates: Sequence[Number], accelerations: 
     lengths, speeds = scales.lengths(model, now), scales.speeds(model, now, rates, accelerations)
     for switch, speed in zip(switches_of(model), speeds, strict=True):
         own: tuple[Any, ...] = (0.0,) * 6
-        if switch.what in (LIMIT, CONTACT):
+        if switch.unilateral:
             stop = model.limits[switch.index] if switch.what == LIMIT else model.contacts[switch.index]
             least = stop.rest_speed
             if least is None:
