@@ -9,11 +9,10 @@ from typing import Any
 from lienumba.numerics.functions import FUNCTIONS, floor
 from lienumba.numerics.grammar import COMPARISONS, CONSTANTS, OPERATORS, dotted
 from lienumba.numerics.number import Number
-from lienumba.numerics.operations import maximum, minimum, where
+from lienumba.numerics.operations import HOLDS, maximum, minimum, where
 
 WITHIN = "t within"  # the time that tells in which piece of a table t lies, and on which side of a comparison, where
 # this is not t itself; and the names that are no functions of the time. Only for straight lines in t: there steps land.
-HOLDS = 1e-300  # the margin of what holds where both sides are equal
 Names = Mapping[str, Any]  # numbers, and tables, which are called with two
 WHOLE = ("floor", "ceil", "mod")  # functions that jump where a whole number is reached
 

@@ -18,6 +18,7 @@ from lienumba.numerics.number import Condition, Number
 Kernel = Callable[..., object]
 F = TypeVar("F", bound=Kernel)
 
+HOLDS = 1e-300  # the margin of a condition that holds where both sides are equal, or by rounding are not
 KERNELS: list[Kernel] = []
 ON_NEW_KERNEL: list[Callable[[Kernel], object]] = []
 

@@ -26,12 +26,10 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
-from lienumba.numerics.operations import absolute, maximum
+from lienumba.integrators.truth import AT_ROOT, BAND
+from lienumba.numerics.operations import HOLDS, absolute, maximum
 
-BAND = 1e-9  # of the largest number that a condition has been: a fall by less is rounding
 PAST = float("-inf")  # the time of what came true, and does nothing
-HOLDS = 1e-300  # of a condition that goes on being true
-AT_ROOT = 1e-12  # of that: what a condition is by rounding next to its root
 AT_ONCE = 2.0**-46  # of a time, or of a step: what happens within this happens at one time
 
 
@@ -39,13 +37,14 @@ AT_ONCE = 2.0**-46  # of a time, or of a step: what happens within this happens 
 def hold(sizes: Sizes, at: Workspace, values: int) -> None:
     """What conditions of events at the address `values` are where rounding is no change: true where they were true and
     have not fallen by more than the `BAND` since then. A motor that is switched off when it turns, and falls to 0, has;
-    what is locked on its limit has not, and where it lies beside it is rounding."""
+    what is locked on its limit has not, and where it lies beside it is rounding, as is the speed of what rests."""
     peaks = at.conditions + ROW * layout.peak_row(sizes)
     for n in range(sizes.events):
         now, was = load(values, n), load(at.conditions, n)
         largest = maximum(load(peaks, sizes.events + n), absolute(now))
         stays = (was > 0.0) & (now <= 0.0) & (load(peaks, n) - now <= BAND * largest)
-        store(values, n, choose(stays, splat(HOLDS), now))
+        faint = (was <= 0.0) & (now > HOLDS) & (now <= AT_ROOT * largest)
+        store(values, n, choose(stays, splat(HOLDS), choose(faint, splat(0.0), now)))
 
 
 @apart

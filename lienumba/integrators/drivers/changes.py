@@ -13,7 +13,6 @@ from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.acting import (
-    HOLDS,
     engages,
     fired,
     follow,
@@ -72,6 +71,7 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
+from lienumba.numerics.operations import HOLDS
 
 ROUNDS = 64  # at one time
 CLOSING = 200  # iterations to close a joint over a gap, of which steps have none

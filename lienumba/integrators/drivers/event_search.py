@@ -63,7 +63,7 @@ def _margins(
     fraction: Lanes,
 ) -> Lanes:
     """What each lane SEEKS, at a fraction of the open step."""
-    _all_margins(kernels, kernel, at, t, length, fraction)
+    look_within(kernels, kernel, at, t, length, fraction)
     own, found = first.lanes, matrix(at.following, first.following - first.now, W)
     for lane in range(W):
         rows[own + FOUND, lane] = found[int(rows[own + SEEKS, lane]), lane]
@@ -71,8 +71,8 @@ def _margins(
 
 
 @inlined
-def _all_margins(kernels: np.ndarray, kernel: int, at: Workspace, t: Lanes, length: Lanes, fraction: Lanes) -> None:
-    """All conditions at a fraction of the open step, to `following`."""
+def look_within(kernels: np.ndarray, kernel: int, at: Workspace, t: Lanes, length: Lanes, fraction: Lanes) -> None:
+    """All conditions at a fraction of the open step, to `following`; kernel: that says them (see `layout.ORDER`)."""
     store(at.clock, layout.TIME, t)
     if kernel == layout.EVENTS and kernels[layout.WATCH] != 0:
         store(at.clock, layout.FRACTION, fraction)
@@ -188,7 +188,7 @@ def _near(
     cut = cut & (low > 0.5)
     stages.end_slope(kernels, sizes, at, load(at.lanes, UNTIL))
     stages.extend_at_end(sizes, nodes, at, cut)
-    _all_margins(kernels, layout.EVENTS, at, t, length, low)
+    look_within(kernels, layout.EVENTS, at, t, length, low)
     store(at.lanes, NEAR, choose(cut, splat(1.0), splat(0.0)))
     for lane in range(W):
         sought = 0
@@ -269,12 +269,48 @@ def _dive(
 
 
 @apart
+def _keep_found(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
+    t: Lanes, length: Lanes, found: Lanes,
+) -> None:  # fmt: skip
+    """The fraction of the open step at which what the PICKED lanes SEEK is true is its time, and the state there is
+    kept."""
+    own, times, kept = first.lanes, first.conditions + 2 * layout.conditions(sizes), False
+    store(at.lanes, FOUND, choose(found == 1.0, load(at.lanes, UNTIL), t + found * length))
+    for lane in range(W):
+        if rows[own + PICKED, lane] != 0.0:
+            rows[times + int(rows[own + SEEKS, lane]), lane] = rows[own + FOUND, lane]
+            kept = kept or int(rows[own + SEEKS, lane]) < runs.event_states.shape[1]
+    if kept:
+        between(kernels, at, found)
+        stages.commit(found >= 1.0, at.now, at.new, layout.state_rows(sizes))
+        for lane in range(W):
+            if rows[own + PICKED, lane] != 0.0:
+                keep_state(first, rows, runs, queue, lane, int(rows[own + SEEKS, lane]), first.now)
+
+
+@apart
+def search_between(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
+    n: int, t: Lanes, length: Lanes, begin: Lanes, end: Lanes, before: Lanes, after: Lanes, lanes: Mask,
+) -> None:  # fmt: skip
+    """Find the time of one condition between two fractions of the open step, at which it is so much, in these lanes."""
+    store(at.lanes, SEEKS, splat(float(n)))
+    store(at.lanes, PICKED, choose(lanes, splat(1.0), splat(0.0)))
+    place = locate(
+        kernels, layout.EVENTS, at, first, rows, t, length, begin, end, before, after, lanes, splat(0.0) > 0.0,
+        splat(1.0),
+    )  # fmt: skip
+    _keep_found(kernels, sizes, at, first, rows, runs, queue, t, length, place)
+
+
+@apart
 def search(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
     queue: Queue, plan: Plan, seeks: Mask, t: Lanes, length: Lanes,
 ) -> None:  # fmt: skip
     """Find the times of the conditions that are SOUGHT in the lanes `seeks`."""
-    own, times, exact = first.lanes, first.conditions + 2 * layout.conditions(sizes), kernels[layout.EXPAND] != 0
+    exact = kernels[layout.EXPAND] != 0
     _near(kernels, sizes, nodes, at, first, rows, plan, seeks, t, length)
     far = seeks & (load(at.lanes, NEAR) == 0.0)
     if any_lane(far):
@@ -295,18 +331,7 @@ def search(
                 splat(1.0),
             )  # fmt: skip
             found = choose(picked, place, found)
-        store(at.lanes, FOUND, choose(found == 1.0, load(at.lanes, UNTIL), t + found * length))
-        kept = False
-        for lane in range(W):
-            if rows[own + PICKED, lane] != 0.0:
-                rows[times + int(rows[own + SEEKS, lane]), lane] = rows[own + FOUND, lane]
-                kept = kept or int(rows[own + SEEKS, lane]) < runs.event_states.shape[1]
-        if kept:
-            between(kernels, at, found)
-            stages.commit(found == 1.0, at.now, at.new, layout.state_rows(sizes))
-            for lane in range(W):
-                if rows[own + PICKED, lane] != 0.0:
-                    keep_state(first, rows, runs, queue, lane, int(rows[own + SEEKS, lane]), first.now)
+        _keep_found(kernels, sizes, at, first, rows, runs, queue, t, length, found)
         if any_lane(load(at.lanes, DIPS) != 0.0):
             _dive(kernels, sizes, at, first, rows, t, length, found)
 

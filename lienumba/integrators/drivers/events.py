@@ -8,7 +8,7 @@ from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import certificates, stages
 from lienumba.integrators.drivers.acting import PAST, follow, gather, hold, may_act, pass_over, sift
-from lienumba.integrators.drivers.event_search import EDGE, LATER, SOUGHT, TOUCH, search
+from lienumba.integrators.drivers.event_search import EDGE, LATER, SOUGHT, TOUCH, look_within, search, search_between
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
 from lienumba.integrators.drivers.switching.reactions import STILL
 from lienumba.integrators.drivers.workspace import Rows
@@ -31,11 +31,13 @@ from lienumba.integrators.layout import (
     STICK,
     SWITCH_FIRST,
     SWITCH_KIND,
+    UNILATERAL,
     UNTIL,
     T,
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
+from lienumba.integrators.truth import BAND
 from lienumba.numerics.operations import absolute, minimum
 
 SLIGHT = 1e-12  # of the largest normal force, of the largest speed so far, of a length: what is less is 0
@@ -216,6 +218,43 @@ def _see(
 
 
 @apart
+def _seek_anew(
+    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
+    queue: Queue, plan: Plan, good: Mask, t: Lanes, length: Lanes,
+) -> None:  # fmt: skip
+    """Where something hits a stop or a contact within the open step, or this was cut for what changes at its end, it
+    may come from there: conditions that are true at both ends, and false halfway, become true anew."""
+    count, until = layout.conditions(sizes), load(at.lanes, UNTIL)
+    hit = choose(good & (until == load(at.lanes, CUT)), until, splat(NEVER))
+    peaks, times = at.conditions + ROW * layout.peak_row(sizes), at.conditions + ROW * 2 * count
+    for n in range(sizes.events, count):
+        if plan.switches[(n - sizes.events) // layout.CONDITIONS, SWITCH_KIND] == UNILATERAL:
+            hit = choose(good, minimum(load(times, n), hit), hit)
+    if not any_lane(hit < NEVER):
+        return
+    part, extended = choose(hit < NEVER, 0.5 * (hit - t) / length, 0.5), False
+    for n in range(sizes.events):
+        after = load(at.conditions, count + n)
+        lasts = (hit < NEVER) & (load(at.conditions, n) > 0.0) & (after > 0.0) & (load(times, n) == NEVER)
+        if not any_lane(lasts):
+            continue
+        if not extended:
+            stages.extend(kernels, sizes, nodes, at, t, length, until)
+            extended = True
+        look_within(kernels, layout.EVENTS, at, t, length, part)
+        before = load(at.following, n)
+        anew = lasts & (before < -BAND * load(peaks, sizes.events + n))
+        if any_lane(anew):
+            store(times, n, choose(anew, splat(SOUGHT), load(times, n)))
+            if plan.acts[n, ACTION] != RECORDS:
+                _acts(sizes, first, rows, runs, queue, plan, n)
+            search_between(
+                kernels, sizes, at, first, rows, runs, queue, n, t, length, part, splat(1.0), before, after,
+                load(times, n) == SOUGHT,
+            )  # fmt: skip
+
+
+@apart
 def find_events(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
     queue: Queue, plan: Plan, end: float, good: Mask, t: Lanes, length: Lanes,
@@ -229,11 +268,15 @@ def find_events(
     store(at.lanes, NEAR, splat(0.0))
     fails = _see(kernels, sizes, at, first, rows, runs, queue, plan, end, good)
     for n in range(count):
-        happened = choose(load(times, n) < NEVER, splat(1.0), happened)
         sought = choose(load(times, n) == SOUGHT, splat(1.0), sought)
     store(at.clock, layout.TIME, t)
     if any_lane(sought != 0.0):
         search(kernels, sizes, nodes, at, first, rows, runs, queue, plan, sought != 0.0, t, length)
+    if sizes.switches > 0:
+        _seek_anew(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good, t, length)
+    for n in range(count):
+        happened = choose(load(times, n) < NEVER, splat(1.0), happened)
+    store(at.clock, layout.TIME, t)
     store(at.lanes, PICKED, happened)
     exact = kernels[layout.EXPAND] != 0
     for lane in range(W):

@@ -4,9 +4,10 @@ Plain functions of numbers; whether something is so is 1 or 0.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
+from lienumba.integrators.truth import BESIDE, settled
 from lienumba.mechanics.mechanism.model import COUNT, FIRST, INTEGRAL, LARGEST, LAST, SMALLEST
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, maximum, minimum, where
@@ -77,9 +78,10 @@ class Ends:
         return maximum(high, -low) + (high - low) + (self.most - self.least)
 
     def if_it_crosses(self, yes: Number, no: Number) -> Any:
-        """One of two numbers: whether it may be on both sides of 0."""
-        reach = self.if_it_turns(self.reach, 0.0)
-        return where(self.least >= reach, no, where(self.most <= -reach, no, yes))
+        """One of two numbers: whether it may be on both sides of 0, for stages that are next to the ends, too."""
+        reach = self.if_it_turns(self.reach, 0.0) + BESIDE * (self.most - self.least)
+        still = where(reach <= 0.0, no, yes)
+        return where(self.least > reach, no, where(self.most < -reach, no, still))
 
     def if_it_turns(self, yes: Number, no: Number) -> Any:
         """One of two numbers: whether it may turn between the ends. It does not where its rates there are at least half
@@ -93,12 +95,17 @@ class Ends:
 
 
 class Known(NamedTuple):
-    """What is kept: a value and its time (s), whether the condition held at the last end, whether it is undefined."""
+    """What is kept: a value and its time (s), whether the condition held at the last end, whether it is undefined, and
+    the largest size of the condition so far."""
 
     value: Number
     time: Number
     true: Number
     undefined: Number
+    size: Number
+
+    def settled(self, condition: Number) -> Any:
+        return settled(condition, self.true, self.size)
 
 
 def matters(
@@ -111,6 +118,7 @@ def matters(
     found: Number = 0.0
     bent, turned = (_any_crosses(every) for every in (bends, turns))
     if condition is not None:
+        condition = replace(condition, before=known.settled(condition.before), after=known.settled(condition.after))
         reach = condition.if_it_turns(condition.reach, 0.0)
         found = _where(turned, 1.0, where(condition.least > reach, 0.0, 1.0))
     if kind == INTEGRAL and gain is not None:
@@ -149,9 +157,9 @@ def added(
 ) -> Known:  # fmt: skip
     """What is known behind a step from `begin` to `end` (s) of which the ends say everything, in the lanes in which it
     is `taken`, which is above 0 there; value, condition: at its end, None for what always holds."""
-    lasting = taken if condition is None else where(condition > 0.0, taken, 0.0)
-    if kind == COUNT:
-        return known._replace(true=where(taken > 0.0, where(lasting > 0.0, 1.0, 0.0), known.true))
+    lasting = taken if condition is None else where(known.settled(condition) > 0.0, taken, 0.0)
+    if condition is not None:
+        known = known._replace(true=where(taken > 0.0, where(lasting > 0.0, 1.0, 0.0), known.true))
     if kind == LAST:
         known = known._replace(time=where(lasting > 0.0, end, known.time))
         if condition is not None:

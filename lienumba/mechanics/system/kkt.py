@@ -195,11 +195,12 @@ class Eliminated:
             scale = factors.by_bodies[j]
             pivot = scale + factors.by_joints[j]
             if variable >= n and structure.looped and variable - n < structure.switched:
+                idle = diagonal.get(variable - n, 0.0)  # -1 of a masked row, which has no other scale
                 if n:
                     alike = [place[n + row] for row in structure.alike[variable - n]]
-                    scale = diagonal.get(variable - n, 0.0) - factors.smallest(alike)
+                    scale = idle - (1.0 + idle) * factors.smallest(alike)
                 elif scales is not None:
-                    scale = diagonal.get(variable - n, 0.0) - scales[variable - n]
+                    scale = idle - (1.0 + idle) * scales[variable - n]
                 part = pivot / scale
                 margin = minimum(part, margin)
                 firm[variable - n] = where(part > WEAK, 1.0, part * part / (part * part + FADED * FADED))

@@ -56,7 +56,7 @@ def test_extremes_of_steps_that_are_not_looked_into(kind: str, sign: float) -> N
     """Are those of all values in them, whatever was known before, and undefined values are looked at."""
     values, ends = waves()
     before = sign * np.maximum(sign * ends.before, np.random.default_rng(2).normal(0.0, 2.0, RUNS))
-    known = Known(before, np.zeros(RUNS), np.ones(RUNS), np.zeros(RUNS))
+    known = Known(before, np.zeros(RUNS), np.ones(RUNS), np.zeros(RUNS), np.zeros(RUNS))
     closed = matters(kind, known, ends, None, None) == 0.0
     found = added(kind, known, ends.after, None, None, np.where(closed, 1.0, 0.0), 0.0, 1.0)
     true = sign * np.maximum(sign * before, (sign * values).max(axis=1))

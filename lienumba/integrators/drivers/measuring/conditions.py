@@ -32,6 +32,7 @@ from lienumba.integrators.layout import (
     KEEPS_LAST,
     KEPT_CONDITION,
     KEPT_KIND,
+    KEPT_SIZE,
     KEPT_TIME,
     KEPT_TRUE,
     KEPT_UNDEFINED,
@@ -40,7 +41,8 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
-from lienumba.numerics.operations import maximum
+from lienumba.integrators.truth import settled
+from lienumba.numerics.operations import HOLDS, maximum
 
 PART = 2  # behind the panel and its piece
 
@@ -56,6 +58,19 @@ def _lose(kept: Address, kind: int, after: Lanes, unknown: Mask) -> None:
     elif kind == KEEPS_LAST:
         lost = unknown & (choose(after > 0.0, 1.0, 0.0) == 0.0)
     store(kept, KEPT_UNDEFINED, choose(lost, splat(1.0), load(kept, KEPT_UNDEFINED)))
+
+
+@apart
+def _settle(sizes: Sizes, at: Workspace, condition: int, kept: Address, piece: int, lanes: Mask, comes: Lanes) -> None:
+    """What a condition is in the points of a piece becomes what it counts as there."""
+    true, size = load(kept, KEPT_TRUE), load(kept, KEPT_SIZE)
+    for k in range(POINTS):
+        there, now = signals(sizes, at, piece, k), value_of(sizes, at, piece, condition, k)
+        counts = settled(now, true, size)
+        if k == POINTS - 1:
+            counts = choose((comes != 0.0) & (counts <= 0.0), splat(HOLDS), counts)
+        store(there, condition, choose(lanes, counts, now))
+        true = choose(counts > 0.0, splat(1.0), 0.0)
 
 
 @apart
@@ -90,7 +105,7 @@ def _keep_parts(
     length: Lanes, low: Lanes, high: Lanes, piece: int, lanes: Mask,
 ) -> None:  # fmt: skip
     """The same in the lanes in which a condition begins or ends to hold within the piece."""
-    condition = plan.kept[n, KEPT_CONDITION]
+    condition, size = plan.kept[n, KEPT_CONDITION], load(at.measures + ROW * layout.KEPT_ROWS * n, KEPT_SIZE)
     for k in range(POINTS - 1):
         before, after = value_of(sizes, at, piece, condition, k), value_of(sizes, at, piece, condition, k + 1)
         begin, end = fraction_of(k, low, high), fraction_of(k + 1, low, high)
@@ -99,7 +114,7 @@ def _keep_parts(
         if any_lane(turns):
             middle, to = choose(turns, low + place * (high - low), end), signals(sizes, at, 0, ELSEWHERE)
             look(kernels, sizes, at, t, length, middle, to)
-            there = choose(turns, load(to, condition), after)
+            there = choose(turns, settled(load(to, condition), before, size), after)
             _keep_between(kernels, sizes, at, first, rows, plan, n, t, length, begin, middle, before, there, lanes)
             _keep_between(kernels, sizes, at, first, rows, plan, n, t, length, middle, end, there, after, turns)
         else:
@@ -109,14 +124,15 @@ def _keep_parts(
 @apart
 def keep_within(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan, n: int, t: Lanes,
-    length: Lanes, low: Lanes, high: Lanes, piece: int, lanes: Mask,
+    length: Lanes, low: Lanes, high: Lanes, piece: int, lanes: Mask, comes: Lanes,
 ) -> None:  # fmt: skip
     """What a piece of a panel (or, as the piece 0, all of it) changes in these lanes that was looked at in all of its
-    points."""
+    points; comes: where the condition is true at its end, whatever it seems."""
     condition, kept = plan.kept[n, KEPT_CONDITION], at.measures + ROW * layout.KEPT_ROWS * n
     if condition < 0:
         keep_over(kernels, sizes, at, plan, n, t, length, low, high, piece, lanes)
         return
+    _settle(sizes, at, condition, kept, piece, lanes, comes)
     held, turns, sum_ = splat(0.0), splat(-1.0), splat(0.0)
     for k in range(POINTS):
         held = held + truth(sizes, at, piece, condition, k)

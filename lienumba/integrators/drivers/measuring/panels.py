@@ -6,12 +6,11 @@ help, the signal is noise.
 
 import numpy as np
 
-from lienumba.compiler.lanes import Lanes, Mask, any_lane, choose, load, splat, store
+from lienumba.compiler.lanes import Lanes, Mask, any_lane, choose, load, splat
 from lienumba.compiler.routines.marks import apart
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.acting import HOLDS
-from lienumba.integrators.drivers.lane_queue import Plan
+from lienumba.integrators.drivers.lane_queue import NEVER, Plan
 from lienumba.integrators.drivers.measuring.extremes import UNLIKE
 from lienumba.integrators.drivers.measuring.pieces import bend, keep_pieces
 from lienumba.integrators.drivers.measuring.points import look, look_along, point, risen, signals, through, value_of
@@ -24,7 +23,6 @@ from lienumba.integrators.layout import (
     KEPT_OPEN,
     KEPT_SIGNAL,
     KEPT_TURNS,
-    POINTS,
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
@@ -76,16 +74,12 @@ def _any_unlike(sizes: Sizes, at: Workspace, plan: Plan, cut: Mask, x: float) ->
 
 
 @apart
-def _come_true(sizes: Sizes, at: Workspace, plan: Plan, until: Lanes, lanes: Mask) -> None:
-    """Where an event leaves a step, its condition is true in what is measured, too, also where it is not by rounding:
-    behind that it might never be."""
-    end = signals(sizes, at, 0, POINTS - 1)
-    for n in range(sizes.kept):
-        event, condition = plan.kept[n, KEPT_EVENT], plan.kept[n, KEPT_CONDITION]
-        if event >= 0:
-            now = load(end, condition)
-            happens = lanes & (load(at.conditions, 2 * layout.conditions(sizes) + event) <= until) & (now <= 0.0)
-            store(end, condition, choose(happens, splat(HOLDS), now))
+def _happens(sizes: Sizes, at: Workspace, plan: Plan, n: int, until: Lanes, lanes: Mask) -> Lanes:
+    """1 in the lanes in which an event leaves the step that has the condition of the nth that is kept, else 0."""
+    event, time = plan.kept[n, KEPT_EVENT], splat(NEVER)
+    if event >= 0:
+        time = load(at.conditions, 2 * layout.conditions(sizes) + event)
+    return choose(lanes & (time < NEVER) & (time <= until), splat(1.0), 0.0)
 
 
 @apart
@@ -111,12 +105,11 @@ def keep_panels(
         halved = left & (unlike > 0.0) & (trust > 0.0)
         trust = choose(halved, trust - 1.0, choose(trust > 0.0, minimum(trust + 1.0, splat(float(PATIENCE))), trust))
         done, divided = left & (choose(halved, 1.0, 0.0) == 0.0), divided or any_lane(halved)
-        if any_lane(done & cut & (high == whole)):
-            _come_true(sizes, at, plan, until, done & cut & (high == whole))
         for n in range(sizes.kept):
             opens = done & _opens(sizes, at, plan, n, cut)
             if any_lane(opens):
-                keep_pieces(kernels, sizes, at, first, rows, plan, n, t, length, low, high, opens)
+                comes = _happens(sizes, at, plan, n, until, opens & cut & (high == whole))
+                keep_pieces(kernels, sizes, at, first, rows, plan, n, t, length, low, high, opens, comes)
         x = choose(done, x + w, x)
         w = choose(halved, 0.5 * w, choose(left, minimum(2.0 * w, 1.0 - x), 0.0))
     return divided

@@ -20,6 +20,7 @@ from lienumba.integrators.drivers.measuring.points import (
     signals,
     truth,
     turn,
+    value_of,
 )
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
@@ -31,7 +32,8 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
-from lienumba.numerics.operations import maximum, minimum
+from lienumba.integrators.truth import BESIDE
+from lienumba.numerics.operations import absolute, maximum, minimum
 
 PIECE = 1  # behind the panel
 NOWHERE = 2.0
@@ -47,10 +49,13 @@ def bend(plan: Plan, n: int, k: int) -> int:
 
 @inlined
 def _crosses(sizes: Sizes, at: Workspace, signal: int) -> Lanes:
-    """1 where a signal is, or may be, on both sides of 0 in the panel, else 0."""
+    """1 where a signal is, or may be, on both sides of 0 in the panel, or begins or ends next to it, else 0."""
     above, turns = splat(0.0), splat(0.0)
     for k in range(POINTS):
         above = above + truth(sizes, at, 0, signal, k)
+    begin, end = value_of(sizes, at, 0, signal, 0), value_of(sizes, at, 0, signal, POINTS - 1)
+    beside = BESIDE * absolute(end - begin)
+    turns = choose((absolute(begin) < beside) | (absolute(end) < beside), splat(1.0), turns)
     if any_lane(may_turn(sizes, at, 0, signal)):
         for k in range(POINTS - 1):
             turns = choose(turn(sizes, at, 0, signal, k) > 0.0, splat(1.0), turns)
@@ -63,7 +68,7 @@ def _next_bend(
     length: Lanes, low: Lanes, high: Lanes, lanes: Mask,
 ) -> Lanes:  # fmt: skip
     """Directly behind the first place between two fractions of the step at which a signal that bends others crosses 0,
-    which each does at most once; else NOWHERE."""
+    which each does at most once, or leaves it; else NOWHERE."""
     begin, end = signals(sizes, at, PIECE, 0), signals(sizes, at, PIECE, POINTS - 1)
     look(kernels, sizes, at, t, length, low, begin)
     look(kernels, sizes, at, t, length, high, end)
@@ -71,17 +76,19 @@ def _next_bend(
     for k in range(plan.kept[n, KEPT_BENDS] + plan.kept[n, KEPT_TURNS]):
         signal = bend(plan, n, k)
         before, after = load(begin, signal), load(end, signal)
-        crosses = lanes & (((before > 0.0) & (after <= 0.0)) | ((before <= 0.0) & (after > 0.0)))
+        crosses = lanes & (((before >= 0.0) & (after < 0.0)) | ((before <= 0.0) & (after > 0.0)))
+        crosses = crosses | (lanes & (before > 0.0) & (after == 0.0))
         if any_lane(crosses):
             there = passing(kernels, at, first, rows, t, length, low, high, signal, before, after, crosses)
             place = choose(crosses, minimum(place, there), place)
+        place = choose(lanes & (before < 0.0) & (after == 0.0), minimum(place, high), place)
     return place
 
 
 @apart
 def _keep_between(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan, n: int, t: Lanes,
-    length: Lanes, low: Lanes, high: Lanes, last: Lanes, lanes: Mask,
+    length: Lanes, low: Lanes, high: Lanes, last: Lanes, lanes: Mask, comes: Lanes,
 ) -> None:  # fmt: skip
     """The pieces between two fractions of a panel that ends at `last`. What bends because of another bend may cross 0
     between a bend and the start alone."""
@@ -100,23 +107,26 @@ def _keep_between(
         look_along(kernels, sizes, at, t, length, low, until, PIECE)
         end = signals(sizes, at, PIECE, POINTS - 1)
         stages.commit(left & (until >= last), end, signals(sizes, at, 0, POINTS - 1), sizes.signals)
-        keep_within(kernels, sizes, at, first, rows, plan, n, t, length, low, until, PIECE, left)
-        left = left & (place < high)
+        more = choose(place < high, 1.0, 0.0)
+        ends = choose(high == last, choose(more == 0.0, comes, 0.0), 0.0)
+        keep_within(kernels, sizes, at, first, rows, plan, n, t, length, low, until, PIECE, left, ends)
+        left = left & (more == 1.0)
         low = choose(left, place, low)
 
 
 @apart
 def keep_pieces(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan, n: int, t: Lanes,
-    length: Lanes, low: Lanes, high: Lanes, lanes: Mask,
+    length: Lanes, low: Lanes, high: Lanes, lanes: Mask, comes: Lanes,
 ) -> None:  # fmt: skip
-    """Keep what has to be of a panel of the step that was looked at in all of its points."""
+    """Keep what has to be of a panel of the step that was looked at in all of its points; comes: where an event leaves
+    it at its end that has the condition, which is true there, though it may not be by rounding."""
     count, bent = plan.kept[n, KEPT_BENDS] + plan.kept[n, KEPT_TURNS], splat(0.0)
     for k in range(count):
         bent = maximum(bent, _crosses(sizes, at, bend(plan, n, k)))
     straight, crooked = lanes & (bent == 0.0), lanes & (bent > 0.0)
     if any_lane(straight):
-        keep_within(kernels, sizes, at, first, rows, plan, n, t, length, low, high, 0, straight)
+        keep_within(kernels, sizes, at, first, rows, plan, n, t, length, low, high, 0, straight, comes)
     if not any_lane(crooked):
         return
     for gap in range(POINTS - 1):
@@ -126,6 +136,6 @@ def keep_pieces(
             place = choose(there > 0.0, minimum(place, there), place)
         turns = crooked & (place < NOWHERE)
         middle = choose(turns, low + place * (high - low), end)
-        _keep_between(kernels, sizes, at, first, rows, plan, n, t, length, begin, middle, high, crooked)
+        _keep_between(kernels, sizes, at, first, rows, plan, n, t, length, begin, middle, high, crooked, comes)
         if any_lane(turns):
-            _keep_between(kernels, sizes, at, first, rows, plan, n, t, length, middle, end, high, turns)
+            _keep_between(kernels, sizes, at, first, rows, plan, n, t, length, middle, end, high, turns, comes)

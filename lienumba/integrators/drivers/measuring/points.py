@@ -17,7 +17,7 @@ from lienumba.numerics.operations import maximum, minimum
 FIRST_POINT = 0.17267316464601142845  # (1 - sqrt(3/7))/2
 BEYOND = 0.32  # of what five values differ by, their interpolant goes beyond the largest one at most
 GAP = 8  # places between two points in which an interpolant is looked at
-LEANING = 2.0**-20  # of a step: where it is looked at as its end is seen from it
+LEANING = 2.0**-20  # of a step: so near to its ends it is looked at as they are seen from it
 SQUARE = 3.0 / 7.0  # of where the inner points are, between -1 and 1
 
 
@@ -67,7 +67,8 @@ def look(
             stages.commit(edge == 1.0, at.now, at.new, rows)
     store(at.clock, layout.TIME, time_of(at, t, length, fraction))
     if sizes.leaping > 0:
-        store(at.clock, layout.LEAN, -LEANING * edge * length)
+        side = choose(fraction < LEANING, splat(-1.0), choose(fraction > 1.0 - LEANING, splat(1.0), 0.0))
+        store(at.clock, layout.LEAN, -LEANING * side * length)
     call(kernels[layout.MEASURE], state, at.parameters, at.clock, 0, to, at.work)
     store(at.clock, layout.LEAN, splat(0.0))
 
@@ -150,9 +151,9 @@ def passing(
     kernels: np.ndarray, at: Workspace, first: Workspace, rows: Rows, t: Lanes, length: Lanes, low: Lanes, high: Lanes,
     signal: int, before: Lanes, after: Lanes, lanes: Mask,
 ) -> Lanes:  # fmt: skip
-    """Directly behind the place between two fractions of the step at which a signal passes 0, in lanes in which it
-    does; before, after: what it is at these."""
-    sense = choose(before > 0.0, splat(-1.0), splat(1.0))
+    """Directly behind the place between two fractions of the step at which a signal passes or leaves 0, in lanes in
+    which it does; before, after: what it is at these."""
+    sense = choose((before > 0.0) | ((before == 0.0) & (after < 0.0)), splat(-1.0), splat(1.0))
     store(at.lanes, SEEKS, splat(float(signal)))
     return locate(
         kernels, layout.MEASURE, at, first, rows, t, length, low, high, sense * before, sense * after, lanes,

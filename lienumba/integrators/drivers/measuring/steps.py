@@ -24,6 +24,7 @@ from lienumba.integrators.layout import (
     KEPT_CONDITION,
     KEPT_KIND,
     KEPT_SIGNAL,
+    KEPT_SIZE,
     KEPT_TIME,
     KEPT_TRUE,
     KEPT_UNDEFINED,
@@ -229,7 +230,9 @@ def begin_measures(kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Work
                 continue
             true = condition < 0 or rows[seen + condition, lane] > 0.0
             rows[kept + KEPT_TRUE, lane] = 1.0 if true else 0.0
-            unknown = condition >= 0 and rows[seen + condition, lane] != rows[seen + condition, lane]
+            now = rows[seen + condition, lane] if condition >= 0 else 0.0
+            unknown = now != now
+            rows[kept + KEPT_SIZE, lane] = 0.0 if unknown else max(now, -now)
             rows[kept + KEPT_UNDEFINED, lane] = 1.0 if unknown else 0.0
             rows[kept + KEPT_VALUE, lane] = rows[kept + KEPT_TIME, lane] = np.nan if lasting else 0.0
             if true and kind == COUNTS:

@@ -62,7 +62,7 @@ def keep(tracer: Tracer) -> Kernel:
     some: Number = 0.0
     for n, x in enumerate(kept):
         own = layout.KEPT_ROWS * n
-        known, value, condition = Known(*graph.inputs("out", 4, own)), ends.get(x.value), ends.get(x.condition)
+        known, value, condition = Known(*graph.inputs("out", 5, own)), ends.get(x.value), ends.get(x.condition)
         gain: Number | None = None
         if x.kind == INTEGRAL and x.value != NONE:
             gain = gains.get(x.value, nan)
@@ -70,7 +70,10 @@ def keep(tracer: Tracer) -> Kernel:
         opens = matters(x.kind, known, value, condition, gain, bends, turns)
         holds, taken = None if condition is None else condition.after, where(opens > 0.0, 0.0, picked)
         new = added(x.kind, known, after.get(x.value), holds, gain, taken, t, until)
-        places = [layout.KEPT_VALUE, layout.KEPT_TIME, layout.KEPT_TRUE, layout.KEPT_UNDEFINED]
+        if holds is not None:
+            size = maximum(absolute(holds), known.size)  # NaN is none
+            new = new._replace(size=where(picked == 0.0, known.size, size))
+        places = [layout.KEPT_VALUE, layout.KEPT_TIME, layout.KEPT_TRUE, layout.KEPT_UNDEFINED, layout.KEPT_SIZE]
         rows |= {own + at: y for at, old, y in zip(places, known, new, strict=True) if y is not old}
         rows[own + layout.KEPT_OPEN] = opens
         some = opens if n == 0 else maximum(some, opens)
