@@ -271,6 +271,16 @@ def scales(structure: Structure, A: Entries, C: Entries, bodies: int) -> dict[in
     return {row: factors.smallest(alike[row]) for row in rows}
 
 
+def diagonal(rows: Sequence[int], A: Entries, C: Entries, bodies: int) -> list[Any]:
+    """C A^-1 C^T of each of these rows with itself, as where bodies are eliminated."""
+    n, place = 6 * bodies, {row: i for i, row in enumerate(rows)}
+    own = {(place[row], c): x for (row, c), x in C.items() if row in place}
+    factors = _Factors.of(tuple(range(n + len(rows))), n, A, own, {})
+    for j in range(n):
+        factors.eliminate(j, factors.by_bodies[j])
+    return [-x for x in factors.by_bodies[n:]]
+
+
 def solve(
     structure: Structure,
     A: Entries,

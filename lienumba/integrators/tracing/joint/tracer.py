@@ -270,9 +270,12 @@ class JointTracer(Tracer):
         return self._moved(graph, posture, solution.rates), solution.mu
 
     def schur(self, model: Model, posture: seen.Posture) -> tuple[list[Number], list[Number]]:
+        """With the scales that rows have where bodies are free: rows across a plane in which all moves are rounding."""
         every = [1.0] * self.closing.rows
         matrix = equations.constraint_matrix(_tree(posture), self.closing, every, dynamics.shaped(model))
-        return kkt.schur_complement(self.closing, matrix, {})
+        triangle, _ = kkt.schur_complement(self.closing, matrix, {})
+        C = constraints.jacobian(model, posture.now)
+        return triangle, kkt.diagonal(self.closing.masked, dynamics.shapes(model), C, len(model.bodies))
 
     def counted(self, solution: Correction, mask: list[Number], level: str) -> list[Number]:
         counts = super().counted(solution, mask, level)
