@@ -198,3 +198,68 @@ def test_what_sampled_laws_hold_is_no_mode() -> None:
     assert found.sizes["mode"] == 1
     assert found.angular_frequency.item() == pytest.approx(np.sqrt(G * 0.5 / (0.1 + 0.25)), rel=1e-9)
     assert lienumba.equilibrium(held).status.item() == 0
+
+
+def p(j: Any, *, kp: Any, target: Any) -> Any:
+    return j.effort(kp * (target - j.angle))
+
+
+def pi(j: Any, *, kp: Any, target: Any, states: Any, interval: Any) -> Any:
+    error = target - j.angle
+    return j.effort(kp * error + 3.0 * states.sum), {"sum": states.sum + interval * error}
+
+
+def late(j: Any, *, kp: Any, target: Any, states: Any) -> Any:
+    return j.effort(states.held), {"held": kp * (target - j.angle)}
+
+
+@pytest.mark.parametrize(("law", "states"), [(p, {}), (pi, {"sum": 0.0}), (late, {"held": 0.0})])
+def test_sampled_laws_rest_where_samples_change_nothing(law: Any, states: dict[str, float]) -> None:
+    """They held nothing, so that their pendulum hung straight down, and moved by 0.3 rad as it began there."""
+    bob = {"name": "a", "mass": 1.0, "inertia": [0.02, 0.02, 0.01]}
+    hinge = {"name": "h", "type": "revolute", "bodies": ["ground", "a"], "points": [[0, 0, 0], [0, 0, 0.3]]}
+    hinge |= {"axes": [[0, 1, 0]] * 2, "references": [[0, 0, 1]] * 2, "angle": 0.1, "rate": 0.0}
+    control = {"name": "c", "type": "python", "function": law, "joints": ["h"], "every": 0.02}
+    control |= {"parameters": {"kp": 5.0, "target": 0.5}} | ({"states": states} if states else {})
+    damper = {"type": "torsion_spring", "joint": "h", "stiffness": 0, "damping": 1.0}
+    scenario = {
+        "model": {"gravity": [0, 0, -G], "bodies": [bob], "joints": [hinge], "forces": [control, damper]},
+        "quantities": [{"name": "h", "type": "joint", "joint": "h"}],
+        "integrator": {"tolerance": 1e-9, "end_time": 1.0},
+    }
+    rest = 0.5 if law is pi else brentq(lambda x: 5.0 * (0.5 - x) - G * 0.3 * np.sin(x), 0, 1)
+    found = lienumba.equilibrium(scenario)
+    assert found.status.item() == 0
+    np.testing.assert_allclose(found["h.angle"], rest, rtol=1e-9)
+    ds = lienumba.run(scenario | {"start": {"from": "equilibrium"}})
+    np.testing.assert_allclose(ds["h.angle"], rest, rtol=1e-9)
+
+
+@pytest.mark.parametrize("coordinates", ["lie", "joint"])
+@pytest.mark.parametrize("kind", ["revolute", "prismatic", "spherical"])
+def test_what_is_locked_stays_where_it_begins(kind: str, coordinates: str) -> None:
+    """It was held at 0: an arm whose elbow is locked at 0.5 rad hung straight."""
+    begins = {
+        "revolute": {"angle": 0.5, "rate": 0.0},
+        "prismatic": {"displacement": 0.2, "speed": 0.0},
+        "spherical": {"rotation_vector": [0.3, 0.5, -0.2], "angular_velocity": [0, 0, 0]},
+    }[kind]
+    axis, zero = [[0, 1, 0]] * 2, [[0, 0, 1]] * 2
+    arm = {"name": "a", "mass": 1.0, "inertia": [0.02, 0.03, 0.01]}
+    hand = {"name": "b", "mass": 0.7, "inertia": [0.01, 0.015, 0.01]}
+    shoulder = {"name": "ja", "type": "revolute", "bodies": ["ground", "a"], "points": [[0, 0, 0], [0, 0, 0.3]]}
+    shoulder |= {"axes": axis, "references": zero, "angle": 0.1, "rate": 0.0}
+    elbow = {"name": "jb", "type": kind, "bodies": ["a", "b"], "points": [[0.1, 0, -0.3], [0, 0, 0.2]], "locked": True}
+    elbow |= begins | ({} if kind == "spherical" else {"axes": axis, "references": zero})
+    spring = {"type": "torsion_spring", "joint": "ja", "stiffness": 1.0, "damping": 0.5}
+    scenario = {
+        "model": {"gravity": [0, 0, -G], "bodies": [arm, hand], "joints": [shoulder, elbow], "forces": [spring]},
+        "quantities": [{"name": "q", "type": "joint", "joint": "ja"}],
+        "integrator": {"tolerance": 1e-10, "end_time": 40.0, "coordinates": coordinates},
+    }
+    found, moved = lienumba.equilibrium(scenario), lienumba.run(scenario)
+    assert found.status.item() == 0
+    np.testing.assert_allclose(found["q.angle"], moved["q.angle"][:, -1], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(found["position"][0], moved["position"][0, -1], rtol=0, atol=1e-6)
+    still = lienumba.run(scenario | {"start": {"from": "equilibrium"}})
+    np.testing.assert_allclose(still["q.angle"], found["q.angle"].item(), rtol=0, atol=1e-9)

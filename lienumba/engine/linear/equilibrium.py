@@ -1,6 +1,7 @@
 """`lienumba.equilibrium`: where every run of a scenario rests, and whether it stays there."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from lienumba.integrators import codes
 from lienumba.integrators.tracing.linear.equilibrium import rest
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.mechanics.elements import quantities
+from lienumba.mechanics.elements.user_laws import unsampled
 from lienumba.scenario.start.stops import begin_beyond
 from lienumba.store.linear_layout import EQUILIBRIA
 
@@ -35,7 +37,8 @@ def equilibrium(
 ) -> "xr.Dataset":
     """Find the equilibrium that every run comes to from its start, when motion is damped: at rest, or turning.
 
-    Velocities are 0, time is 0 (drivers and formulas of time stand), and states of laws have come to rest, too. The
+    Velocities are 0, time is 0 (drivers and formulas of time stand), and states of laws have come to rest, too; sampled
+    laws are where samples change nothing, and stable or not as if they were sampled all the time. The
     search leads downhill, away from unstable equilibria, but stays where forces vanish from the first moment on. Rigid
     stops and contacts hold what they can: what touches, or is met on the way, sticks as far as static friction goes.
 
@@ -67,6 +70,7 @@ def equilibrium(
     """
     asked = Asked.of(scenario, 0.0, runs, overrides, allow_code)
     prepared = asked.prepared()
+    prepared = replace(prepared, model=unsampled(prepared.model))
     tracer, model = GluedTracer.of(prepared.model), prepared.nominal.model
     start = asked.start(tracer, prepared)
     check_states(tracer, start)

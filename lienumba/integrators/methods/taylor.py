@@ -8,7 +8,6 @@ there it is - ln(tolerance), and in between the cost hardly depends on it.
 from collections.abc import Sequence
 from math import ceil, log
 
-from lienumba.integrators import codes
 from lienumba.integrators.methods.tableau import Tableau
 from lienumba.keys.literature import Reference
 from lienumba.numerics import operations
@@ -22,6 +21,7 @@ DIGITS = 0.75  # orders for each factor e of the tolerance
 DEFECT = 4.0  # of a step that is accepted, in tolerances
 SHORTER = 0.5  # the factor to a step that is not
 SMALLEST = 1e-300  # squares of coefficients below which they say nothing against a long step
+LARGEST = 1e300  # those above which there is no saying how short it has to be
 
 TAYLOR = Tableau.of(
     "taylor", 8, "Taylor series in time [@jorba2005]", [""], "1",
@@ -41,12 +41,13 @@ def order_for(tolerance: float) -> int:
 
 def length(squares: Sequence[tuple[int, Number]]) -> Number:
     """How long a step may be (s): squares of the last coefficients, as fractions of what is allowed, with their orders;
-    1 if one is not finite, for then no step is."""
+    1 if one is not a number, for then no step is. Next to a singularity squares may be larger than any number."""
     found: Number | None = None
     total: Number = 0.0
     for order, square in squares:
         total = total + square
-        own = operations.exp(operations.log(maximum(square, SMALLEST)) * (-0.5 / order))
+        size = minimum(maximum(square, SMALLEST), LARGEST)
+        own = operations.exp(operations.log(size) * (-0.5 / order))
         found = own if found is None else minimum(own, found)
     assert found is not None
-    return where(total < codes.HUGE, SAFETY * found, 1.0)
+    return where(total >= 0.0, SAFETY * found, 1.0)

@@ -200,6 +200,30 @@ def generalized(model: Model, force: Force, now: Instant) -> tuple[dict[int, lis
     return Q, power
 
 
+def unsampled(model: Model) -> Model:
+    """The model whose sampled laws act at every time, and whose states follow what each sample would make of them,
+    (s' - s)/interval: it rests where samples change nothing."""
+    forces = []
+    for force in model.forces:
+        if force.code is not None and force.code.every is not None:
+            force = replace(force, code=_flowing(force.code, force.code.every))
+        forces.append(force)
+    return replace(model, forces=tuple(forces))
+
+
+def _flowing(code: Code, every: float) -> Code:
+    def function(*given: Any, **named: Any) -> Any:
+        old = named.pop("states")
+        own = {name: x for name, x in (("states", old), ("interval", every)) if name in code.wants}
+        found = code.function(*given, **named, **own)
+        if not code.states or not isinstance(found, tuple) or len(found) != 2:
+            return found
+        new = dict(zip(code.states, _rates(found[1], code.states), strict=True))
+        return found[0], {name: (x - getattr(old, name)) / every for name, x in new.items()}
+
+    return replace(code, function=function, wants=(code.wants - {"interval"}) | {"states"}, every=None)
+
+
 def energy(model: Model, force: Force, now: Instant, view: View) -> Any:
     """What a law that returns a potential energy returns (J)."""
     assert force.code is not None

@@ -8,6 +8,7 @@ import numpy as np
 
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.codes import NONE_FOUND
+from lienumba.mechanics.elements.user_laws import unsampled
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Counted, Model
 from lienumba.scenario.start.stops import begin_beyond
@@ -34,10 +35,11 @@ def resting(model: Model, states: np.ndarray, angles: Mapping[Counted, np.ndarra
     from lienumba.integrators.tracing.linear.equilibrium import rest
     from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 
-    runs, tracer = len(states), GluedTracer.of(model)
-    found = rest(tracer, model, tracer.rows_at_start(model, states, angles), runs, rotation, driven=True)
+    runs, flowing = len(states), unsampled(model)
+    tracer = GluedTracer.of(flowing)
+    found = rest(tracer, flowing, tracer.rows_at_start(flowing, states, angles), runs, rotation, driven=True)
     first = len(found.rows) - tracer.augmented.rows
-    now = tracer.instant(model, found.rows, 0.0)
+    now = tracer.instant(flowing, found.rows, 0.0)
     bodies = [np.broadcast_to(np.asarray(x, float), (runs,)) for body in now.bodies for x in body]
     with np.errstate(all="ignore"):
         beyond = begin_beyond(model, now, runs)
@@ -52,10 +54,10 @@ def resting(model: Model, states: np.ndarray, angles: Mapping[Counted, np.ndarra
 
 
 def _with_laws(model: Model, laws: Mapping[str, Sequence[Any]], good: np.ndarray) -> Model:
-    """The model whose laws start with these states; what a sampled law holds begins as it says."""
+    """The model whose laws start with these states."""
     forces = []
     for force in model.forces:
-        if force.name in laws and force.code is not None and force.code.every is None:
+        if force.name in laws and force.code is not None:
             settled = zip(force.initial.items(), laws[force.name], strict=True)
             force = replace(force, initial={name: np.where(good, x, before) for (name, before), x in settled})
         forces.append(force)

@@ -11,10 +11,12 @@ from lienumba.integrators.tracing.joint.tracer import JointTracer
 from lienumba.integrators.tracing.method import Method
 from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
 from lienumba.integrators.tracing.template import split
+from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Counted, Model
 from lienumba.mechanics.system import kkt
-from lienumba.mechanics.system.switches import permanent
+from lienumba.mechanics.system.switched.laws import keeps
+from lienumba.mechanics.system.switches import LOCK, permanent
 from lienumba.mechanics.tree.motion import read_state
 from lienumba.mechanics.tree.spanning import joints_of, ties_of
 
@@ -49,9 +51,17 @@ class FreedomTracer(JointTracer):
         return [*moves, *self.law_states.together(laws), *augmented]
 
     def rows_at_start(self, model: Model, bodies: np.ndarray, angles: Mapping[Counted, np.ndarray]) -> list[Any]:
-        """The same of runs that begin: bodies (runs, 18 k), and the angles of joints that are counted (runs,)."""
+        """The same of runs that begin: bodies (runs, 18 k), and the angles of joints that are counted (runs,). What is
+        locked is so where it begins."""
         augmented = self.augmented.start(angles, UNIQUE, len(bodies)).T
-        return self.rows(model, bodies, self.law_states.initial(model), list(augmented))
+        rows = self.rows(model, bodies, self.law_states.initial(model), list(augmented))
+        locked = [switch for switch in self.augmented.switches if switch.what == LOCK and switch.on]
+        if locked:
+            view = kinematics.still(self.instant(model, rows, 0.0), tuple(range(len(model.bodies))))
+            first = len(rows) - self.augmented.memory
+            for switch in locked:
+                rows[first + switch.memory : first + switch.memory + switch.memories] = keeps(model, switch, view, ())
+        return rows
 
 
 class GluedTracer(FreedomTracer):
