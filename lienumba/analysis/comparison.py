@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from lienumba.analysis.requirements.verdict import verdicts_of
+from lienumba.analysis.requirements.verdict import counted, verdicts_of
 from lienumba.analysis.sensitivities import outputs
 from lienumba.analysis.sensitivities.outputs import Output
 from lienumba.analysis.weights import weights_of, weights_told
@@ -72,7 +72,7 @@ def compare(
         if is_study(ds):
             raise ScenarioError("a study compares settings already; give two datasets of sweeps")
     one, other = _paired(first, second)
-    sampled = one["run"].values >= 0
+    sampled = counted(one) & counted(other)
     names = [output] if isinstance(output, str) else list(output)
     chosen = names or [name for name in outputs.default_outputs(one) if name in set(outputs.default_outputs(other))]
     if not names:
@@ -97,7 +97,7 @@ def compare(
         "runs": int(sampled.sum()),
         "changes": "\n".join(_changes(first, second)),
         "verdicts": "\n".join(_verdicts(first, second)),
-        "notes": "\n".join(_notes(first, second, one, other)),
+        "notes": "\n".join(_notes(first, second, one, other, sampled)),
     }
     return xr.Dataset(data, coordinates, attributes)
 
@@ -207,10 +207,14 @@ def _verdicts(first: xr.Dataset, second: xr.Dataset) -> Iterator[str]:
         yield f"{name}: {', then '.join(said)}"
 
 
-def _notes(first: xr.Dataset, second: xr.Dataset, one: xr.Dataset, other: xr.Dataset) -> Iterator[str]:
+def _notes(
+    first: xr.Dataset, second: xr.Dataset, one: xr.Dataset, other: xr.Dataset, sampled: np.ndarray
+) -> Iterator[str]:
     runs, weights = one.sizes["run"], weights_of(one, one["run"].values >= 0)
     if weights is not None:
         yield weights_told(weights)
+    if sampled.sum() < (one["run"].values >= 0).sum():
+        yield f"{int(sampled.sum()):,} of the runs count, since the others of each row repeat their numbers"
     for ds, which in ((first, "first"), (second, "second")):
         if ds.sizes["run"] > runs:
             yield f"{ds.sizes['run'] - runs:,} runs of the {which} have no partner, and do not count"

@@ -25,7 +25,8 @@ class Stopping:
     """Takes the runs of a sweep as they finish, of which there may be so many; `end`: how many of them are enough, None
     as long as that is not known; interval: of these; verdict: on the requirement that is wanted, if the rule is about
     one. Without a rule there are never enough. at: of which variable, and where in it, the number is that the rule is
-    about; most_weight: what the weights of runs never exceed, if they have some."""
+    about; most_weight: what the weights of runs never exceed, if they have some; independent: which runs count (runs,),
+    all by default."""
 
     def __init__(
         self,
@@ -35,6 +36,7 @@ class Stopping:
         at: tuple[str, tuple[int, ...]] | None = None,
         wanted: Wanted | None = None,
         most_weight: float | None = None,
+        independent: np.ndarray | None = None,
     ) -> None:
         self.rule, self.wanted, self.most_weight = rule, wanted, most_weight
         self.variable, self.place = at or ("" if rule is None else str(rule.variable), ())
@@ -45,6 +47,7 @@ class Stopping:
         self._values = np.full(runs if rule else 0, np.nan)
         self._weights = None if most_weight is None else self._values.copy()
         self._known = np.zeros(len(self._values), bool)
+        self._independent = ~self._known if independent is None else independent
         self._checked = 0
 
     def until(self, pieces: Generator[Piece, None, None]) -> Iterator[Piece]:
@@ -91,7 +94,8 @@ class Stopping:
             if not self._known[self._checked : upto].all():
                 break
             self._checked = upto
-            if self._enough(self._values[:upto], None if self._weights is None else self._weights[:upto]):
+            counts = np.flatnonzero(self._independent[:upto])
+            if self._enough(self._values[counts], None if self._weights is None else self._weights[counts]):
                 self.end = upto
 
     def _enough(self, values: np.ndarray, weights: np.ndarray | None) -> bool:
@@ -122,20 +126,24 @@ class Stopping:
 def stopping_of(resolved: Scenario, results: Results) -> Stopping:
     """The rule of a scenario; a ScenarioError if it is about nothing of which each run has one number."""
     data = resolved.data
-    rule, most = data.sweep.stop, SAMPLERS[data.sweep.sampler].most_weight
+    sampler = SAMPLERS[data.sweep.sampler]
+    rule, most = data.sweep.stop, sampler.most_weight
     if rule is None:
         return Stopping(rule, data.sweep.runs, data.sweep.nominal)
+    drawn = sum(kind.dimensions > 0 for kind in data.sweep.vary.values())
+    independent = sampler.counting(np.arange(data.sweep.runs), drawn)
     if rule.requirement is not None:
         asked = data.model.requirements
         n = next(n for n, x in enumerate(asked) if x.name == rule.requirement)
         wanted = Wanted(asked[n].name, asked[n].probability, asked[n].confidence)
-        return Stopping(rule, data.sweep.runs, data.sweep.nominal, (MET, (n,)), wanted, most)
+        return Stopping(rule, data.sweep.runs, data.sweep.nominal, (MET, (n,)), wanted, most, independent)
     assert rule.variable is not None
     try:
         found = find_one(rule.variable, results.names)
     except BadValueError as error:
         raise ScenarioError(error.at("sweep.stop.variable", rule.variable)) from None
-    return Stopping(rule, data.sweep.runs, data.sweep.nominal, (found.variable, found.place), None, most)
+    place = found.variable, found.place
+    return Stopping(rule, data.sweep.runs, data.sweep.nominal, place, None, most, independent)
 
 
 def interval(values: np.ndarray, rule: Stop, weights: np.ndarray | None = None) -> Interval:

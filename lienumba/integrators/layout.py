@@ -79,10 +79,9 @@ RECORDS, LOCKS, ENGAGES, RELEASES, SETS = range(5)
 # signal, and how many, at whose zeros its own bends, and those of its condition; and the rows of each: the value, its
 # time (s), NaN as long as there is none, whether the condition held where the last step ended, whether it cannot be
 # known, because something was undefined, the largest size of the condition where steps ended so far, and whether what
-# is between the ends of this step may change it. Signals are
-# known in POINTS of a step, of a piece of it, of a part of that, and ELSEWHERE; behind that, by how much each changed
-# in the last step (CHANGES) and in the one before (EARLIER), and its rate at the end of that, NaN where it is not known
-# (RATES).
+# is between the ends of this step may change it. Signals are known in POINTS of a step, of a piece of it, of a part of
+# that, and ELSEWHERE; behind that, by how much each changed in the last step (CHANGES) and in the one before (EARLIER),
+# and its rate at the end of that, NaN where it is not known (RATES).
 (
     KEPT_KIND, KEPT_SIGNAL, KEPT_CONDITION, KEPT_QUADRATURE, KEPT_EVENT, KEPT_BEND, KEPT_BENDS,
     KEPT_TURN, KEPT_TURNS, KEPT_NUMBERS,

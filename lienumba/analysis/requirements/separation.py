@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 
 from lienumba.analysis.labels import named
-from lienumba.analysis.requirements.verdict import counted, requirement_in
+from lienumba.analysis.requirements.verdict import counted, requirement_in, sampler_of
 from lienumba.analysis.sensitivities.explained import Explained, explained
 from lienumba.analysis.text_table import NONE, TextTable, number_text
 from lienumba.analysis.weights import kept_of, weights_of
@@ -64,6 +64,7 @@ def separation(ds: xr.Dataset, requirement: str) -> xr.Dataset:
     from scipy.stats import ks_2samp, mannwhitneyu
 
     which, met, inputs = _groups(ds, requirement)
+    evenly = sampler_of(ds).evenly
     rows: list[dict[str, float]] = []
     for name in inputs:
         x = ds[name].values[which]
@@ -74,7 +75,7 @@ def separation(ds: xr.Dataset, requirement: str) -> xr.Dataset:
             {
                 "distance": float(found.statistic), "p_value": float(found.pvalue), "larger": area,
                 "median_met": float(np.median(good)), "median_not_met": float(np.median(bad)),
-                **asdict(Explained() if weights_of(ds) is not None else explained(x, met.astype(float))),
+                **asdict(Explained() if weights_of(ds) is not None else explained(x, met.astype(float), evenly)),
             }
         )  # fmt: skip
     for row, p in zip(rows, holm([row["p_value"] for row in rows]), strict=True):

@@ -19,6 +19,7 @@ from lienumba.store.layout import MARGIN, MET
 from lienumba.store.names import one_of
 from lienumba.store.refusals import check_together, damaged
 from lienumba.sweep.samplers import DEFAULT, SAMPLERS
+from lienumba.sweep.samplers.sampler import Sampler
 from lienumba.sweep.verdicts import Verdict, Wanted, judge, percent
 from lienumba.words import listed, plural, show
 
@@ -98,9 +99,13 @@ def verdicts_of(ds: xr.Dataset) -> list[Verdict]:
 
 def counted(ds: xr.Dataset) -> np.ndarray:
     """Which runs count for verdicts (runs,)."""
-    sweep = sweep_of(ds)
-    sampler = SAMPLERS[str(sweep.get("sampler", DEFAULT))]
-    return sampler.counting(ds["run"].values, len(sampled_inputs(sweep)))
+    sampler = sampler_of(ds)
+    return sampler.counting(ds["run"].values, len(sampled_inputs(sweep_of(ds))) if sampler.row is not None else 0)
+
+
+def sampler_of(ds: xr.Dataset) -> Sampler:
+    """By which the runs were drawn."""
+    return SAMPLERS[str(sweep_of(ds).get("sampler", DEFAULT))]
 
 
 def sweep_of(ds: xr.Dataset) -> Tables:

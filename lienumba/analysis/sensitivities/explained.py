@@ -4,8 +4,10 @@ The runs are put in the order of the input and cut into n^0.4 groups. Parabolas 
 mean of their squares, without what noise adds to it (p s^2 for p coefficients and a residual variance s^2), over the
 variance of y is the index. Its standard error has three parts: the influence function y^2 - (y - m)^2 - S y^2 of the
 ratio, the variance of the noise that is taken off, and the difference to straight lines in place of parabolas, which
-bounds what groups are too coarse for. Student's t has the freedom of the influence's kurtosis. S. Da Veiga, F. Gamboa,
-B. Iooss, C. Prieur, Basics and Trends in Sensitivity Analysis (SIAM 2021), chapter 4, has the influence function.
+bounds what groups are too coarse for. Runs that are spread more evenly than by chance have less of this noise, how much
+less nobody knows: half of it is taken off, and the interval has room for all and none. Student's t has the freedom of
+the influence's kurtosis. S. Da Veiga, F. Gamboa, B. Iooss, C. Prieur, Basics and Trends in Sensitivity Analysis (SIAM
+2021), chapter 4, has the influence function.
 """
 
 from __future__ import annotations
@@ -36,17 +38,19 @@ class Explained:
 @dataclass(frozen=True)
 class Fit:
     """E[y | x] of an output whose mean is 0: m (n,); the sum of its squares without what noise adds, that with lines in
-    place of parabolas, the variance of the noise that is taken off, and how many coefficients were fitted."""
+    place of parabolas, what noise adds to squares, its variance, and how many coefficients were fitted."""
 
     m: np.ndarray
     squares: float
     of_lines: float
+    added: float
     noise: float
     coefficients: int
 
 
-def explained(x: np.ndarray, y: np.ndarray) -> Explained:
-    """The first index of an input x (n,) for an output y (n,); NaN of too few runs."""
+def explained(x: np.ndarray, y: np.ndarray, evenly: bool = False) -> Explained:
+    """The first index of an input x (n,) for an output y (n,); NaN of too few runs. evenly: whether these are spread
+    more so than by chance."""
     n = len(y)
     if n < FEWEST:
         return Explained()
@@ -55,6 +59,9 @@ def explained(x: np.ndarray, y: np.ndarray) -> Explained:
     index, of_lines = (total / (n - 1) / variance for total in (found.squares, found.of_lines))
     influence = (y * y - (y - found.m) ** 2 - index * y * y) / variance
     half = half_of(influence, found, variance, index - of_lines)
+    if evenly:
+        room = 0.5 * found.added / (n - 1) / variance
+        index, half = index + room, half + room
     return Explained(float(index), float(index - half), float(index + half))
 
 
@@ -73,7 +80,7 @@ def fit(x: np.ndarray, y: np.ndarray) -> Fit:
     """That of groups of an input x (n,)."""
     n, order = len(y), np.argsort(x, kind="stable")
     x, y, m = x[order], y[order], np.empty(len(y))
-    squares = of_lines = noise = 0.0
+    squares = of_lines = added = noise = 0.0
     coefficients = 0
     for first, end in pairwise(np.linspace(0, n, min(round(n**0.4), n // SMALLEST) + 1).astype(int)):
         basis = _polynomials(x[first:end])
@@ -84,9 +91,10 @@ def fit(x: np.ndarray, y: np.ndarray) -> Fit:
         s2 = float(rest @ rest) / (len(own) - p)
         squares += float(part @ part) - p * s2
         of_lines += float(part[:2] @ part[:2]) - min(p, 2) * s2
+        added += p * s2
         noise += 2.0 * s2 * s2 * p * len(own) / (len(own) - p)
         coefficients += p
-    return Fit(m, squares, of_lines, noise, coefficients)
+    return Fit(m, squares, of_lines, added, noise, coefficients)
 
 
 def _polynomials(x: np.ndarray) -> np.ndarray:

@@ -124,7 +124,8 @@ def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | 
             found.append(one)
     if not found:
         raise ScenarioError(f"{left_out[0]}; {_remedy(ds)}")
-    return _dataset(ds, found, inputs, runs, rows, steps, independent, alone).assign_attrs(
+    evenly = _sampler(sweep).evenly
+    return _dataset(ds, found, inputs, runs, rows, steps, independent, evenly, alone).assign_attrs(
         title=str(ds.attrs.get("title", "")),
         scenario_sha256=str(ds.attrs.get("scenario_sha256", "")),
         runs=int(sampled.sum()),
@@ -208,10 +209,12 @@ def _dataset(
     rows: sobol.Rows | None,
     steps: morris.Design | None,
     independent: bool,
+    evenly: bool,
     alone: Sequence[str],
 ) -> xr.Dataset:
     """What was found of every output and input, labelled; independent: whether no run shares numbers with others;
-    alone: inputs that depend on no others, of which pairs are looked at."""
+    evenly: whether runs are spread more so than by chance; alone: inputs that depend on no others, of which pairs are
+    looked at."""
     drawn = rows.inputs if rows is not None else list(steps.steps) if steps is not None else []
     names, pairs = list(dict.fromkeys([*inputs, *drawn])), dict[str, np.ndarray]()
     of_both = {name: np.full((len(found), len(names)), np.nan) for name in OF_BOTH}
@@ -226,14 +229,14 @@ def _dataset(
         for k, numbers in enumerate(_compare(y, (x[kept] for x in inputs.values()), ranks[kept.tobytes()])):
             _put(table, k, numbers)
         for k, x in enumerate(inputs.values() if independent else ()):
-            _put(table, k, asdict(explained(x[kept], y)))
+            _put(table, k, asdict(explained(x[kept], y, evenly)))
         indices = None if rows is None else sobol.indices(output.values, rows)
         for name, numbers in ({} if indices is None else indices.by_input()).items():
             _put(table, names.index(name), numbers)
         for name, effects in ({} if steps is None else morris.effects(output.values, steps)).items():
             _put(table, names.index(name), asdict(effects))
         laid_out = None if indices is None else indices.second
-        second = second_indices([inputs[name][kept] for name in alone], y) if laid_out is None else laid_out
+        second = second_indices([inputs[name][kept] for name in alone], y, evenly) if laid_out is None else laid_out
         if second is not None:
             at = [names.index(name) for name in (alone if indices is None or laid_out is None else indices.inputs)]
             for name, values in zip(SECOND, second, strict=True):

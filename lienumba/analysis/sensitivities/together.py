@@ -22,9 +22,9 @@ DIFFER = 1e-10  # of the largest: squares of columns that are others than those 
 COARSE = 1.5  # times the difference to coarser cells
 
 
-def second_indices(inputs: Sequence[np.ndarray], y: np.ndarray) -> np.ndarray | None:
+def second_indices(inputs: Sequence[np.ndarray], y: np.ndarray, evenly: bool = False) -> np.ndarray | None:
     """The indices of pairs of inputs (n,) for an output y (n,), with the ends of their 95 % intervals (3, d, d), NaN
-    where no pair is; None of too few runs, or too many inputs."""
+    where no pair is; None of too few runs, or too many inputs. evenly: as for `explained`."""
     d, y = len(inputs), y[:MOST]
     rarer = min(np.count_nonzero(y == y[0]), np.count_nonzero(y != y[0])) if len(y) else 0
     if not 2 <= d <= MOST_INPUTS or len(y) < FEWEST or (len(np.unique(y)) == 2 and rarer < FEWEST_OF_TWO):
@@ -32,11 +32,13 @@ def second_indices(inputs: Sequence[np.ndarray], y: np.ndarray) -> np.ndarray | 
     inputs, y = [x[:MOST] for x in inputs], y - y.mean()
     alone, found = [fit(x, y) for x in inputs], np.full((3, d, d), np.nan)
     for k, m in zip(*np.triu_indices(d, 1), strict=True):
-        found[:, k, m] = _pair(inputs[k], inputs[m], y, (alone[k], alone[m]))
+        found[:, k, m] = _pair(inputs[k], inputs[m], y, (alone[k], alone[m]), evenly)
     return found
 
 
-def _pair(x: np.ndarray, z: np.ndarray, y: np.ndarray, alone: tuple[Fit, Fit]) -> tuple[float, float, float]:
+def _pair(
+    x: np.ndarray, z: np.ndarray, y: np.ndarray, alone: tuple[Fit, Fit], evenly: bool
+) -> tuple[float, float, float]:
     """The index, and the ends of its interval."""
     n = len(y)
     scale, variance = 1.0 / float(y @ y), float(y @ y) / (n - 1)
@@ -47,6 +49,9 @@ def _pair(x: np.ndarray, z: np.ndarray, y: np.ndarray, alone: tuple[Fit, Fit]) -
     explained = y * y - (y - both.m) ** 2 - sum(y * y - (y - one.m) ** 2 for one in alone)
     widest = max(abs(index - of_lines), COARSE * scale * abs(both.squares - coarse.squares))
     half = half_of((explained - index * y * y) / variance, both, variance, widest)
+    if evenly:
+        more, less = (0.5 * scale * x for x in (both.added, sum(one.added for one in alone)))
+        index, half = index + more - less, half + more + less
     return index, index - half, index + half
 
 
@@ -54,7 +59,7 @@ def _fit(x: np.ndarray, z: np.ndarray, y: np.ndarray, k: int) -> Fit:
     """That of k by k cells."""
     slices = np.array_split(np.argsort(x, kind="stable"), k)
     cells = [cell for own in slices for cell in np.array_split(own[np.argsort(z[own], kind="stable")], k)]
-    m, squares, of_lines, noise, coefficients = np.empty(len(y)), 0.0, 0.0, 0.0, 0
+    m, squares, of_lines, added, noise, coefficients = np.empty(len(y)), 0.0, 0.0, 0.0, 0.0, 0
     for size in {len(cell) for cell in cells}:
         some = np.stack([cell for cell in cells if len(cell) == size])
         own = y[some]
@@ -65,9 +70,10 @@ def _fit(x: np.ndarray, z: np.ndarray, y: np.ndarray, k: int) -> Fit:
         m[some] = part
         squares += float(((part**2).sum(axis=1) - p * s2).sum())
         of_lines += float(((lines**2).sum(axis=1) - np.minimum(p, 3) * s2).sum())
+        added += float((p * s2).sum())
         noise += float((2.0 * s2 * s2 * p * size / (size - p)).sum())
         coefficients += int(p.sum())
-    return Fit(m, squares, of_lines, noise, coefficients)
+    return Fit(m, squares, of_lines, added, noise, coefficients)
 
 
 def _columns(x: np.ndarray, z: np.ndarray) -> np.ndarray:

@@ -38,9 +38,9 @@ def equilibrium(
     """Find the equilibrium that every run comes to from its start, when motion is damped: at rest, or turning.
 
     Velocities are 0, time is 0 (drivers and formulas of time stand), and states of laws have come to rest, too; sampled
-    laws are where samples change nothing, and stable or not as if they were sampled all the time. The
-    search leads downhill, away from unstable equilibria, but stays where forces vanish from the first moment on. Rigid
-    stops and contacts hold what they can: what touches, or is met on the way, sticks as far as static friction goes.
+    laws are where samples change nothing, and stable or not as if they were sampled all the time. The search leads
+    downhill, away from unstable equilibria, but stays where forces vanish from the first moment on. Rigid stops and
+    contacts hold what they can: what touches, or is met on the way, sticks as far as static friction goes.
 
     With a rotation the mechanism turns uniformly: positions are those in which it rests against axes that turn with it,
     and velocities are of this turning, with what drivers ask for beside it.

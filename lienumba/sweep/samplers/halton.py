@@ -48,5 +48,5 @@ HALTON_1960 = Reference(
 )  # fmt: skip
 HALTON = Sampler(
     "halton", "a Halton sequence [@halton1960] with digits permuted at random", draw, (HALTON_1960,),
-    order_matters=True,
+    order_matters=True, evenly=True,
 )  # fmt: skip

@@ -111,7 +111,7 @@ SALTELLI_2010 = Reference(
 )  # fmt: skip
 SOBOL = Sampler(
     "sobol", "a Sobol' sequence [@sobol1967; @joe2008], its binary digits shifted at random",
-    draw, (SOBOL_1967, JOE), order_matters=True, most_dimensions=MOST_DIMENSIONS,
+    draw, (SOBOL_1967, JOE), order_matters=True, evenly=True, most_dimensions=MOST_DIMENSIONS,
 )  # fmt: skip
 SALTELLI = Sampler(
     "saltelli",
