@@ -42,7 +42,8 @@ class Along:
 
 def along_joints(model: Model, start: Start, poses: Poses, zero_by_axes: bool = False) -> Along:
     """The bodies of which neither position nor rotation is given or guessed, put where joints with all coordinates
-    given have them. zero_by_axes: also those whose angle counts from the axes, because no references say from where.
+    given have them; what slides is turned by its axes, where no references say how. zero_by_axes: also those whose
+    angle counts from the axes.
 
     Then also bodies of which at least the position is not: where a joint holds their points together, turned as they
     start."""
@@ -85,7 +86,7 @@ def _tells(joint: Joint, says: JointStart, zero_by_axes: bool) -> bool:
     assert kind.moves is not None
     names = [x.name for x in kind.freedoms()]
     few = sum(move.freedoms for move in kind.moves) <= len(names)
-    from_axes = zero_by_axes and "angle" in names and says.axes is not None and _equal(says.axes)
+    from_axes = (zero_by_axes or "angle" not in names) and says.axes is not None and _equal(says.axes)
     zero = not kind.sides or says.references is not None or from_axes
     return few and all(name in says.known for name in names) and zero
 
