@@ -225,14 +225,14 @@ def _seek_anew(
     """Where something hits a stop or a contact within the open step, or this was cut for what changes at its end, it
     may come from there: conditions that are true at both ends, and false halfway, become true anew."""
     count, until = layout.conditions(sizes), load(at.lanes, UNTIL)
-    hit = choose(good & (until == load(at.lanes, CUT)), until, splat(NEVER))
+    hit, some = choose(good & (until == load(at.lanes, CUT)), until, splat(NEVER)), False
     peaks, times = at.conditions + ROW * layout.peak_row(sizes), at.conditions + ROW * 2 * count
     for n in range(sizes.events, count):
         if plan.switches[(n - sizes.events) // layout.CONDITIONS, SWITCH_KIND] == UNILATERAL:
-            hit = choose(good, minimum(load(times, n), hit), hit)
-    if not any_lane(hit < NEVER):
+            hit, some = choose(good, minimum(load(times, n), hit), hit), True
+    if not some or not any_lane(hit < NEVER):
         return
-    part, extended = choose(hit < NEVER, 0.5 * (hit - t) / length, 0.5), False
+    part, extended, seen = choose(hit < NEVER, 0.5 * (hit - t) / length, 0.5), False, False
     for n in range(sizes.events):
         after = load(at.conditions, count + n)
         lasts = (hit < NEVER) & (load(at.conditions, n) > 0.0) & (after > 0.0) & (load(times, n) == NEVER)
@@ -241,7 +241,9 @@ def _seek_anew(
         if not extended:
             stages.extend(kernels, sizes, nodes, at, t, length, until)
             extended = True
-        look_within(kernels, layout.EVENTS, at, t, length, part)
+        if not seen:
+            look_within(kernels, layout.EVENTS, at, t, length, part)
+            seen = True
         before = load(at.following, n)
         anew = lasts & (before < -BAND * load(peaks, sizes.events + n))
         if any_lane(anew):
@@ -252,6 +254,7 @@ def _seek_anew(
                 kernels, sizes, at, first, rows, runs, queue, n, t, length, part, splat(1.0), before, after,
                 load(times, n) == SOUGHT,
             )  # fmt: skip
+            seen = False
 
 
 @apart
