@@ -32,14 +32,14 @@ def cholesky(matrix: Rows) -> list[list[float]]:
     for j in range(size):
         pivot = matrix[j][j] - _dot(L[j], L[j], j)
         if pivot < -ROUNDING * largest:
-            raise _indefinite(matrix)
+            _check_definite(matrix, largest)
         L[j][j] = sqrt(pivot) if pivot > ROUNDING * largest else 0.0
         for i in range(j + 1, size):
             left = matrix[i][j] - _dot(L[i], L[j], j)
             if L[j][j] > 0.0:
                 L[i][j] = left / L[j][j]
             elif abs(left) > sqrt(ROUNDING) * largest:
-                raise _indefinite(matrix)
+                _check_definite(matrix, largest)
     return L
 
 
@@ -50,12 +50,14 @@ def _dot(a: Sequence[float], b: Sequence[float], n: int) -> float:
     return total
 
 
-def _indefinite(matrix: Rows) -> MatrixError:
+def _check_definite(matrix: Rows, largest: float) -> None:
+    """A MatrixError where it is more than rounding, behind a small pivot, that makes a matrix look indefinite."""
     least = float(np.linalg.eigvalsh(np.array(matrix, float))[0])
-    return MatrixError(
-        f"is not positive semi-definite (its smallest eigenvalue is {least:.3g}), so nothing varies like this",
-        "give smaller elements beside the diagonal",
-    )
+    if least < -ROUNDING * largest:
+        raise MatrixError(
+            f"is not positive semi-definite (its smallest eigenvalue is {least:.3g}), so nothing varies like this",
+            "give smaller elements beside the diagonal",
+        )
 
 
 def correlated(u: Mapping[str, np.ndarray], names: Sequence[str], matrix: Rows) -> dict[str, np.ndarray]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
@@ -43,6 +43,7 @@ def test_perfect_correlation_is_allowed(sign):
 
 
 @settings(max_examples=50)
+@example(5, 4, 4582)  # behind a pivot that is nearly none, rounding is large
 @given(st.integers(1, 6), st.integers(1, 6), st.integers(0, 2**32 - 1))
 def test_every_semi_definite_matrix_has_a_factor(size, rank, seed):
     B = np.random.default_rng(seed).normal(size=(size, rank))
