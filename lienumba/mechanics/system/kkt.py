@@ -202,6 +202,9 @@ class Eliminated:
                 elif scales is not None:
                     scale = idle - (1.0 + idle) * scales[variable - n]
                 part = pivot / scale
+                if not n and structure.switched < structure.rows and not structure.from_singular:
+                    says = factors.by_bodies[j] / scale  # nothing where locks hold all that it is about
+                    part, pivot = (where(says > NO_ARM, x, y) for x, y in ((part, 1.0), (pivot, scale)))
                 margin = minimum(part, margin)
                 firm[variable - n] = where(part > WEAK, 1.0, part * part / (part * part + FADED * FADED))
                 pivot = where(part > LEAST, pivot, LEAST * scale)
