@@ -245,9 +245,13 @@ def varied(data: dict[str, Any], way: str) -> dict[str, Any]:
 
 
 def same_bits(data: dict[str, Any], way: str, folder: Path) -> list[str]:
-    """Where a run is another one with other neighbours, with more workers, replayed, or in a sweep that went on."""
+    """Where a run is another one with other neighbours, with more workers, replayed, or in a sweep that went on; a sweep
+    that is refused has no runs."""
     data = varied(data, way)
-    every = lienumba.run(data, workers=2, progress=False)
+    try:
+        every = lienumba.run(data, workers=2, progress=False)
+    except lienumba.ScenarioError:
+        return []
     alone = lienumba.run(data, workers=1, runs=[ALONE], progress=False)
     lienumba.run(data, output=folder / "some.nc", runs=range(ALONE - 1), progress=False)
     gone_on = lienumba.run(data, output=folder / "some.nc", resume=True, progress=False)

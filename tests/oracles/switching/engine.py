@@ -73,7 +73,7 @@ class Changing(Modes):
 
     # ------------------------------------------------------------ a change
     def settle(
-        self, state: State, t: float, fired: set[int], hit: set[str], slips: frozenset[str] = frozenset()
+        self, state: State, t: float, fired: set[int], hit: set[str], gave: frozenset[str] = frozenset()
     ) -> State | None:
         """What happens at a time, to the books; None: the run ends."""
         for _ in range(ROUNDS):
@@ -86,8 +86,8 @@ class Changing(Modes):
             if not self._act(state, t, fired):
                 return None
             state = self._impulses(state, t, hit)
-            self._decide(state, t, slips)
-            slips = frozenset()
+            self._decide(state, t, gave)
+            gave = frozenset()
             values = [self.value(n, state, t) for n in range(len(self.events))]
             true = [self._holds(n, values[n]) or n in fired for n in range(len(self.events))]
             fired = {n for n, now in enumerate(true) if now and not self.true[n]}
@@ -221,25 +221,29 @@ class Changing(Modes):
     def _touches(self, name: str, state: State, t: float) -> bool:
         return abs(self.distance(name, state, t)) < TOUCHES
 
-    def _decide(self, state: State, t: float, slips: frozenset[str]) -> None:
+    def _decide(self, state: State, t: float, gave: frozenset[str]) -> None:
         """What stays closed, and sticks, by accelerations: of what is at rest all choices are tried, those first of
-        which least slides; slips: what has just been pushed by all that it holds."""
-        rates = {name: float(state.along(q, t)[0][0]) for name, q in self.rubbed.items()}
-        moves = {name: float(np.sign(x)) for name, x in rates.items() if abs(x) > RESTS}
+        which least slides; gave: what has just been pushed by all that it holds, or does not push any more."""
+        moves = self._moves(state, t)
         rest, before = [name for name in self.rubbed if name not in moves], self.heads
         for some in sorted(product((0.0, 1.0, -1.0), repeat=len(rest)), key=lambda x: sum(map(abs, x))):
             begins = {name: d for name, d in zip(rest, some, strict=True) if d}
             self.heads = moves | begins
-            if self._fits(state, t, [name for name in rest if name not in begins], begins, slips):
+            if self._fits(state, t, [name for name in rest if name not in begins], begins, gave):
                 break
         else:
             raise UnlikeError("friction that neither sticks nor slides")
         if self.begun:
             self.course.changes += [Change(t, "slid", n) for n in self.heads if n not in before]
-            self.course.changes += [Change(t, "stuck", n) for n in before if n not in self.heads]
+        self.course.changes += [Change(t, "stuck", n) for n in before if n not in self.heads]
         self.begun = True
 
-    def _fits(self, state: State, t: float, sticks: list[str], begins: dict[str, float], slips: frozenset[str]) -> bool:
+    def _moves(self, state: State, t: float) -> dict[str, float]:
+        """Where to what may stick moves."""
+        rates = {name: float(state.along(q, t)[0][0]) for name, q in self.rubbed.items()}
+        return {name: float(np.sign(x)) for name, x in rates.items() if abs(x) > RESTS}
+
+    def _fits(self, state: State, t: float, sticks: list[str], begins: dict[str, float], gave: frozenset[str]) -> bool:
         """Whether forces and accelerations are those of friction if some of what rests sticks, and the rest begins to
         slide; if so, what stays closed."""
         m = self.mechanism()
@@ -259,9 +263,13 @@ class Changing(Modes):
         M, Q = m.forced(state, t)
         a, held, pushes = complementary(M, Q, B, bias, C, -biases)
         for name, effort in zip(bears, held[len(held) - len(bears) :], strict=True):
-            if abs(effort) > self.dry[name]["static"] * (1.0 - 1e-6 if name in slips else 1.0 + 1e-9):
+            if abs(effort) > self.dry[name]["static"] * (1.0 - 1e-6 if name in gave else 1.0 + 1e-9):
                 return False
         scale = 1.0 + float(np.abs(a).max())
+        for name in sticks:
+            row, _, b = self.rows([name], state, t)
+            if abs(float((row @ a + b)[0])) > 1e-7 * scale:  # which turns here, since all else has it so
+                return False
         for name, d in begins.items():
             row, _, b = self.rows([name], state, t)
             if not d * float((row @ a + b)[0]) > 1e-7 * scale:
@@ -272,6 +280,7 @@ class Changing(Modes):
         self.carrying, self.bears = tuple(n for n, p in zip(near, pushing, strict=True) if p), tuple(bears)
         leaves = C @ a + biases
         closed = frozenset(n for n, x in zip(near, leaves, strict=True) if x < 1e-7 * scale)
+        closed -= gave.difference(self.carrying)
         self.course.undecided |= {n for n in closed if n not in self.carrying}
         self.course.changes += [Change(t, "closed", n) for n in sorted(closed - self.closed)]
         self.course.changes += [Change(t, "opened", n) for n in sorted(self.closed - closed)]
@@ -293,6 +302,7 @@ class Changing(Modes):
         fired = {n for n in range(len(self.events)) if self.value(n, state, 0.0) > 0.0}
         self.true = [n in fired for n in range(len(self.events))]
         fired = {n for n in sorted(fired) if self._useful(n, 0.0, fired)}
+        self.heads = self._moves(state, 0.0)
         going = self.settle(state, 0.0, fired, set())
         tell(0.0, lambda _: going or state)
         while going is not None and t < times[-1]:
@@ -358,8 +368,8 @@ class Changing(Modes):
                 hit = {str(key[1]) for key in happens if key[0] == "gap"}
                 if not useful and not hit and not any(key[0] in ("force", "holds", "slides") for key in happens):
                     return at, there
-                slips = frozenset(str(key[1]) for key in happens if key[0] == "holds")
-                return at, self.settle(there, at, useful, hit, slips)
+                gave = frozenset(str(key[1]) for key in happens if key[0] in ("holds", "force"))
+                return at, self.settle(there, at, useful, hit, gave)
             tell(solver.t, partial(_between, state_of, dense, np.inf, solver.y))
         return end, None if solver.t >= end else state_of(solver.y)
 
