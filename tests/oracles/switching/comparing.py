@@ -245,8 +245,8 @@ def varied(data: dict[str, Any], way: str) -> dict[str, Any]:
 
 
 def same_bits(data: dict[str, Any], way: str, folder: Path) -> list[str]:
-    """Where a run is another one with other neighbours, with more workers, replayed, or in a sweep that went on; a sweep
-    that is refused has no runs."""
+    """Where a run is another one with other neighbours, with more workers, replayed, or in a sweep that went on.
+    Where the sweep is refused there are none."""
     data = varied(data, way)
     try:
         every = lienumba.run(data, workers=2, progress=False)
