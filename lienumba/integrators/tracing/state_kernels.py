@@ -64,7 +64,8 @@ def events(tracer: Tracer) -> Kernel:
         accelerations = tracer.observed(model, posture, mask, expected)[0] if turns else []
         explicit = not (tracer.method.adaptive or tracer.tableau.implicit)
         step = graph.input("clock", layout.LENGTH) if explicit else 0.0
-        outputs += turning.conditions(model, posture.now, multipliers, accelerations, used, step)
+        S = tracer.border(model, posture, mask, expected)[0] if turns and explicit else []
+        outputs += turning.conditions(model, posture.now, multipliers, accelerations, used, S, step)
         pushing = turning.pushing(model, posture.now, multipliers)
     else:
         outputs += [0.0] * (layout.CONDITIONS * len(tracer.augmented.switches))

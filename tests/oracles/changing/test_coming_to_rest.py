@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 import lienumba
 from lienumba.integrators.drivers.switching import modes
-from lienumba.mechanics.system.switched import turning
+from lienumba.mechanics.system.switched import whirls
 
 G = 9.81
 STEPS = [("rk4", 1e-2), ("rk4", 1e-3), ("dp54", 1e-2), ("dop853", 1e-2), ("heun", 1e-3)]
@@ -75,7 +75,7 @@ def test_what_slides_straight_on_stops_where_it_stops() -> None:
 
 def test_what_is_seen_to_stop_is_what_is_stopped() -> None:
     """The condition in mechanics and the decision in drivers are of one bound."""
-    assert turning.WHIRLS == modes.WHIRLS
+    assert whirls.WHIRLS == modes.WHIRLS
 
 
 @pytest.mark.parametrize("coordinates", ["lie", "joint"])

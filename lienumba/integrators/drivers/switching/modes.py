@@ -6,11 +6,21 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.acting import fired, used
 from lienumba.integrators.drivers.switching import grips
-from lienumba.integrators.drivers.switching.complementarity import BOUNDED, FREE, HOLDS, PRESSES, SLIDES, size, solve
+from lienumba.integrators.drivers.switching.complementarity import (
+    BOUNDED,
+    FREE,
+    HOLDS,
+    PRESSES,
+    SLIDES,
+    SOLVED,
+    size,
+    solve,
+)
 from lienumba.integrators.drivers.switching.reactions import (
     AT_ONCE,
     RESTS,
     SMOOTHLY,
+    STOPS,
     Reactions,
     along,
     number,
@@ -39,7 +49,7 @@ SLIGHT = 1e-9  # of the largest force: what slips or leaves by less does not
 SHARING = 1e3  # times that: what is left of a force that is none where contacts share
 EDGE = 1e-6  # of the most that friction can be
 HEADS, CREEPS = 0.01, 0.75  # of `still`: how fast it is made to begin, in the one case and in the other
-WHIRLS = 0.5  # of a step; see `turning`
+WHIRLS = 0.5  # of a step; see `mechanics.system.switched.whirls`
 FOLLOWS = 0.01  # of the fastest slip: what slips slower rests
 
 
@@ -148,31 +158,82 @@ def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, 
             largest = max(largest, size(p.free[i]) / p.S[i, i])
     for _ in range(2 * sizes.switches + 1):  # what begins to slide has less friction: others may begin, too
         said = solve(p)
-        if said == 0 and step > 0.0 and _may_rest(r, rows, first, sizes, lane, step):
+        if said == SOLVED and step > 0.0 and _may_rest(r, rows, first, sizes, lane, step):
             said = solve(p)
-        if said != 0:
+            if _goes_on(r, rows, first, sizes, lane, largest, said):
+                said = solve(p)
+        if said != SOLVED:
             return said
         if not _begin(r, rows, first, sizes, lane, largest) and not _settle(
             r, rows, first, sizes, lane, SLIGHT * largest
         ):
             break
-    return 0
+    return SOLVED
 
 
 @apart
 def _may_rest(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, step: float) -> bool:
-    """What slides so slowly that its friction stops it in less than half a step is at rest, if that can hold it, once
-    it has been found to be so; returns whether anything is."""
+    """What slides together so slowly that friction stops it in less than half a step may be at rest, once that has been
+    seen; returns whether anything may."""
     p, some = r.problem, False
-    for s in range(sizes.switches):
-        row, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS]
-        fired_ = _fired(rows, first, sizes, lane, s, layout.SLIDES)
-        single = tangents == 2 and p.switches[s, layout.SWITCH_GRIP] < 0
-        if p.law[s] == SLIDES and single and fired_ and p.x[row] > 0.0:
-            stops = step * p.friction[s] * p.x[row] * max(p.S[row + 1, row + 1], p.S[row + 2, row + 2])
-            if along(r, s, r.rates) <= WHIRLS * (1.0 + EDGE) * stops:
-                p.law[s], p.friction[s], some = float(PRESSES), number(rows, first, sizes, lane, s, layout.STATIC), True
+    grips.part(p, r.grips)
+    for row in range(sizes.switched):
+        if r.grips.group[row] == float(row) and _is_slow(r, rows, first, sizes, lane, step, float(row)):
+            for s in range(sizes.switches):
+                if _slides_with(r, s, float(row)):
+                    p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, layout.STATIC)
+                    r.begins[s], some = STOPS, True
     return some
+
+
+@inlined
+def _slides_with(r: Reactions, switch: int, group: float) -> bool:
+    """Whether a contact has been sliding in a plane, and belongs to a group of rows."""
+    p = r.problem
+    plane = p.law[switch] == SLIDES and p.switches[switch, SWITCH_TANGENTS] == 2 and r.begins[switch] == RESTS
+    return plane and along(r, switch, r.rates) > 0.0 and r.grips.group[p.switches[switch, SWITCH_FIRST]] == group
+
+
+@apart
+def _is_slow(
+    r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, step: float, group: float
+) -> bool:  # fmt: skip
+    """Of what slides in a group, with friction in `step`; see `mechanics.system.switched.whirls`."""
+    p, friction, power, stops, seen = r.problem, 0.0, 0.0, 0.0, False
+    within = WHIRLS * (1.0 + EDGE) * step
+    for i in range(sizes.switched):
+        p.step[i] = 0.0
+    for s in range(sizes.switches):
+        if _slides_with(r, s, group):
+            row, speed = p.switches[s, SWITCH_FIRST], along(r, s, r.rates)
+            most = p.friction[s] * max(p.x[row], 0.0)
+            for i in range(row + 1, row + 3):
+                p.step[i] = most * r.rates[i] / speed
+            friction, power = friction + most, power + most * speed
+            seen = seen or _fired(rows, first, sizes, lane, s, layout.SLIDES)
+    for i in range(sizes.switched):
+        for j in range(sizes.switched):
+            stops += p.step[i] * p.S[i, j] * p.step[j]
+    for s in range(sizes.switches):
+        row = p.switches[s, SWITCH_FIRST]
+        if _slides_with(r, s, group):
+            gives = max(p.S[row + 1, row + 1], p.S[row + 2, row + 2])
+            seen = seen and along(r, s, r.rates) <= within * friction * gives
+    return seen and friction > 0.0 and power <= within * stops
+
+
+@apart
+def _goes_on(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, largest: float, said: int) -> bool:
+    """What may be at rest slides on where static friction cannot hold all of it; returns whether it does."""
+    p, slips = r.problem, said != SOLVED
+    for s in range(sizes.switches):
+        slips = slips or (r.begins[s] == STOPS and _slips(r, s, largest))
+    for s in range(sizes.switches):
+        if r.begins[s] == STOPS:
+            r.begins[s] = RESTS
+            if slips:
+                p.law[s], p.friction[s] = float(SLIDES), number(rows, first, sizes, lane, s, layout.KINETIC)
+    return slips
 
 
 @apart

@@ -10,6 +10,7 @@ from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import Limit, Model
 from lienumba.mechanics.system import constraints
 from lienumba.mechanics.system.switched import laws, scales
+from lienumba.mechanics.system.switched.whirls import whirls
 from lienumba.mechanics.system.switches import CONTACT, FRICTION, JOINT, LIMIT, LOCK, Switch, switches_of
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import absolute, is_zero, maximum, minimum, sqrt, where
@@ -23,19 +24,17 @@ ENDS = 5e-10  # of the speed that gravity gives within a length: what slides slo
 BRAKED = 0.01  # of gravity: what is braked by more ends by itself, if it goes
 BEGUN = 1e-4  # of gravity: what grows by more has begun
 STRAIGHT = 10.0  # times as much along as across
-UNBENT = 1e-3  # of a speed: what it has across
-WHIRLS = 0.5  # of a step, in which a slip is stopped that explicit methods do not follow
 TURNED = 0.5  # the cotangent of the angle by which sliding turns before its direction is kept anew
 
 
 def conditions(
     model: Model, now: Instant, multipliers: Sequence[Number], accelerations: Sequence[Number], mask: Sequence[Number],
-    step: Number = 0.0,
+    S: Sequence[Sequence[Number]], step: Number,
 ) -> list[Any]:  # fmt: skip
     """Two numbers of each switch, true where above 0. The first: what is closed is pulled, what is open overlaps. The
     second: what sticks is pushed by more than it holds, or, where others hold it, moved by these (m/s or rad/s), what
-    slides slides back or creeps, what is open opens further (m/s). Gaps are relative to their
-    lengths. accelerations: of all bodies (6 k); mask: of all rows of C; step: of explicit steps of given length (s)."""
+    slides slides back or creeps, what is open opens further (m/s). Gaps are relative to their lengths. accelerations:
+    of all bodies (6 k); mask: of all rows of C; S: see `border`, and step (s): of explicit steps of given length."""
     first, lengths = constraints.permanent_rows(model), scales.lengths(model, now)
     gaps, rates = constraints.residual(model, now)[first:], constraints.rates(model, now)[first:]
     everything, speeds = (
@@ -43,6 +42,7 @@ def conditions(
         constraints.sizes(model, now)[2][first:],
     )
     found: list[Any] = []
+    slow = {} if is_zero(step) else _slow(model, now, rates, [-mu for mu in multipliers[first:]], S, step)
     for switch in switches_of(model):
         if switch.what in (JOINT, LOCK):
             found += NEVER
@@ -50,15 +50,13 @@ def conditions(
         mode, own = now.modes[switch.key], slice(switch.first, switch.first + switch.rows)
         reactions = [-mu for mu in multipliers[first:][own]]
         tangents = slice(switch.rows - switch.tangents, switch.rows)
-        kept, slow = laws.heading(model, switch, everything, mode.memory)
-        back = _turned(tuple(rates[own][tangents]), kept, slow)
+        kept, least = laws.heading(model, switch, everything, mode.memory)
+        back = _turned(tuple(rates[own][tangents]), kept, least)
         if switch.tangents > 1:
             rows = range(first + own.start, first + own.stop)[tangents]
             creeps = _creeps(model, now, lengths[switch.first], rates[own][tangents], rows, accelerations)
             back = maximum(back, creeps)
-            if switch.what == CONTACT and not switch.grips and not is_zero(step):
-                whirls = _whirls(model, now, switch, reactions[0], rates[own][tangents], kept, step)
-                back = maximum(back, whirls)
+            back = maximum(back, slow[switch.name]) if switch.name in slow else back
         pushed = laws.length(reactions[tangents]) - _holds(model, switch, now, reactions)
         if switch.what == FRICTION:
             fast = maximum(speeds[switch.first], _alone(model, switch, now, lengths[switch.first]))
@@ -158,16 +156,15 @@ def _creeps(
     return least * (1.0 - alone) - speed
 
 
-def _whirls(
-    model: Model, now: Instant, switch: Switch, normal: Number, sliding: Sequence[Number], kept: Vector, step: Number
-) -> Any:
-    """Above 0 (m/s) where friction turns faster than explicit steps can follow, which they do as long as a slip is
-    stopped in more than about half a step: it may have come to rest. What slides straight on along the direction that
-    was kept does not turn. normal: what presses (N)."""
-    own = alone(model, now)[switch.first + switch.rows - switch.tangents : switch.first + switch.rows]
-    fast = model.contacts[switch.index].kinetic * maximum(normal, 0.0) * maximum(*own)
-    speed, across = laws.length(sliding), absolute(sliding[0] * kept[1] - sliding[1] * kept[0])
-    return where(across > UNBENT * speed, WHIRLS * step * fast, 0.0) - speed
+def _slow(
+    model: Model, now: Instant, rates: Sequence[Number], reactions: Sequence[Number], S: Sequence[Sequence[Number]],
+    step: Number,
+) -> dict[str, Any]:  # fmt: skip
+    """Of contacts with friction where they may have come to rest; see `whirls`."""
+    everything = kinematics.still(now, tuple(range(len(model.bodies))))
+    contacts = [switch for switch in switches_of(model) if switch.what == CONTACT and switch.tangents > 1]
+    kept = {x.name: laws.heading(model, x, everything, now.modes[x.key].memory)[0] for x in contacts}
+    return whirls(model, now, contacts, kept, rates, reactions, S, step)
 
 
 def _holds(model: Model, switch: Switch, now: Instant, reactions: Sequence[Number]) -> Any:
