@@ -29,7 +29,7 @@ from lienumba.integrators.drivers.event_search import TOUCH
 from lienumba.integrators.drivers.events import SLIGHT, note
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
 from lienumba.integrators.drivers.measuring.steps import forget_past_of
-from lienumba.integrators.drivers.switching import complementarity, impacts, modes, reactions, used_rows
+from lienumba.integrators.drivers.switching import complementarity, impacts, modes, problem, reactions, used_rows
 from lienumba.integrators.drivers.switching.reactions import Reactions
 from lienumba.integrators.drivers.workspace import Places, Rows
 from lienumba.integrators.layout import (
@@ -344,8 +344,8 @@ def _hit(r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, lane: int) ->
             hit = hit or (touches and r.rates[row] < -still)
     if hit:
         said = impacts.impulses(r, rows, first, sizes, lane)
-        if said != complementarity.SOLVED:
-            rows[first.lanes + STATUS, lane] = _unsolved(r, complementarity.UNSOLVED)
+        if said != problem.SOLVED:
+            rows[first.lanes + STATUS, lane] = _unsolved(r, problem.UNSOLVED)
         elif not impacts.holds(r, rows, first, sizes, lane):
             rows[first.lanes + STATUS, lane] = codes.CONTRADICTS
     for i in range(sizes.switched):
@@ -356,7 +356,7 @@ def _hit(r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, lane: int) ->
 @inlined
 def _unsolved(r: Reactions, said: int) -> float:
     """The status of a run in which impulses or forces were not found."""
-    if said == complementarity.PARADOX:
+    if said == problem.PARADOX:
         return codes.PARADOX
     return codes.CONTRADICTS if complementarity.contradicts(r.problem) else codes.UNSOLVED
 
@@ -404,15 +404,15 @@ def _go_on(
             rows[first.lanes + STATUS, lane] = codes.CONTRADICTS
     for s in range(sizes.switches):  # what was, where conditions at the end of a step were
         rows[before + sizes.events + s, lane] = rows[on + s, lane]
-    said = modes.decide(r, rows, first, sizes, lane, step) if forces else complementarity.SOLVED
+    said = modes.decide(r, rows, first, sizes, lane, step) if forces else problem.SOLVED
     if step > 0.0 and forces:
         modes.blunt(r, rows, first, sizes, lane, step)
     used_rows.choose_rows(r, rows, first, sizes, lane)
-    if said == complementarity.SOLVED and modes.heads(r, rows, first, sizes, lane):
+    if said == problem.SOLVED and modes.heads(r, rows, first, sizes, lane):
         rows[first.lanes + PICKED, lane] = 1.0
         for i in range(sizes.switched):
             rows[first.change + layout.change_impulses(sizes) + i, lane] = p.x[i]
-    if said != complementarity.SOLVED:
+    if said != problem.SOLVED:
         rows[first.lanes + STATUS, lane] = _unsolved(r, said)
     for s in range(sizes.switches):
         was, now, kind = rows[before + sizes.events + s, lane], rows[on + s, lane], p.switches[s, SWITCH_KIND]

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 import lienumba
 from lienumba.integrators.drivers.switching import modes
@@ -71,6 +72,42 @@ def test_what_slides_straight_on_stops_where_it_stops() -> None:
     model = {"gravity": [0, 0, -G], "bodies": [block], "contacts": [floor | {"normal": [0, 0, 1]}]}
     found = ran(model, {"method": "rk4", "step": 1e-2}, 1.0)
     assert found.last_position.values[0, 0, 0] == pytest.approx(0.7**2 / (2 * 0.3 * G), abs=1e-10)
+
+
+def feet(n: int, turn: Rotation, slope: float, friction: Any, spin: float) -> dict[str, Any]:
+    """A puck on n feet, turned in space with all else, which slides across its plane."""
+    places = [[0.2 * np.cos(a), 0.2 * np.sin(a), -0.1] for a in 2 * np.pi * (np.arange(n) + 0.3) / n]
+    puck = {"name": "p", "mass": 2, "inertia": [0.05, 0.05, 0.08], "rotation": turn.as_matrix().tolist()}
+    puck |= {"position": turn.apply([0, 0, 0.1]).tolist(), "velocity": turn.apply([0.1, 0.05, 0]).tolist()}
+    puck |= {"angular_velocity": turn.apply([0, 0, spin]).tolist()}
+    normal, gravity = turn.apply([0, 0, 1]), turn.apply([G * np.sin(slope), 0, -G * np.cos(slope)])
+    foot = {"type": "point_plane", "bodies": ["p", "ground"], "normal": normal.tolist(), "friction": friction}
+    contacts = [foot | {"name": f"c{i}", "points": [x, [0, 0, 0]]} for i, x in enumerate(places)]
+    return {"gravity": gravity.tolist(), "bodies": [puck], "contacts": contacts}
+
+
+@pytest.mark.parametrize(("method", "step"), [("rk4", 1e-3), ("heun", 1e-3), ("dop853", 2e-3)])
+@pytest.mark.parametrize("n", [3, 4])
+@pytest.mark.parametrize(("friction", "spin"), [(0.45, 0.0), ({"static": 0.6, "kinetic": 0.44}, -0.5)])
+def test_feet_come_to_rest_together(n: int, friction: Any, spin: float, method: str, step: float) -> None:
+    """On several feet it slid on for ever at some h times what friction brakes by, as a success."""
+    model = feet(n, Rotation.random(random_state=n), 0.4, friction, spin)
+    exact, found = (ran(model, x, 1.5) for x in ({"tolerance": 1e-10}, {"method": method, "step": step}))
+    np.testing.assert_array_equal(exact["mode"].values[0, -1], 1)
+    np.testing.assert_array_equal(found["mode"].values[0, -1], 1)
+    assert abs(found.last_velocity.values).max() < 1e-12
+    assert abs(found.last_angular_velocity.values).max() < 1e-12
+    np.testing.assert_allclose(found.last_position.values, exact.last_position.values, rtol=0, atol=60 * step**2)
+
+
+def test_a_body_at_rest_does_not_keep_another_sliding() -> None:
+    """Two pucks, of which one stands, and one slides on over the other's plane."""
+    one = feet(3, Rotation.identity(), 0.3, 0.5, 0.0)
+    other = [x | {"bodies": ["q", "ground"], "name": f"d{i}"} for i, x in enumerate(one["contacts"])]
+    puck = one["bodies"][0]
+    model = one | {"bodies": [puck, puck | {"name": "q", "velocity": [0, 0, 0]}], "contacts": one["contacts"] + other}
+    found = ran(model, {"method": "rk4", "step": 2e-3}, 1.0)
+    np.testing.assert_array_equal(found["mode"].values[0, -1], 1)
 
 
 def test_what_is_seen_to_stop_is_what_is_stopped() -> None:

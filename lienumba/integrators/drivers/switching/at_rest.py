@@ -3,7 +3,8 @@
 import numpy as np
 
 from lienumba.compiler.routines.marks import Floats2, Floats3, Integers1, Integers2, apart
-from lienumba.integrators.drivers.switching.complementarity import Problem, solve
+from lienumba.integrators.drivers.switching.complementarity import solve
+from lienumba.integrators.drivers.switching.problem import Problem
 
 VECTORS = 8  # of `Problem`, to work in
 

@@ -7,65 +7,36 @@ those on its edge against r_t: Coulomb's law), SLIDES (as PRESSES, x_t = -mu d x
 also with redundant rows; the Newton method for the natural map (Alart and Curnier) then ends to rounding.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
-from lienumba.compiler.routines.marks import Floats1, Floats2, Integers2, apart, inlined
+from lienumba.compiler.routines.marks import apart, inlined
+from lienumba.integrators.drivers.switching.problem import (
+    BOUNDED,
+    DEPENDENT,
+    FREE,
+    HOLDS,
+    PARADOX,
+    PRESSES,
+    ROUNDING,
+    SLIDES,
+    SOLVED,
+    UNSOLVED,
+    Problem,
+    eliminate,
+    size,
+    update_rates,
+)
 from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_ROWS, SWITCH_SHARES, SWITCH_TANGENTS
 
-FREE, HOLDS, BOUNDED, PRESSES, SLIDES = range(5)  # the last two have normals
-SOLVED, UNSOLVED, PARADOX = range(3)
 SWEEPS, ROUNDS, NEWTONS = 25, 40, 12  # sweeps between two trials of Newton's method, how many of these, its steps
 EXACT, CLOSE = 1e-15, 1e-10  # of the largest impulse: what Newton's method tries to reach, and what will do
-ROUNDING = 1e-12  # of `Problem.least`: a force that is none
-DEPENDENT = 1e-12  # of a row's own size: a pivot below this is none
 STIFF, STIFFER = 1e-6, 0.3  # of the largest diagonal: how much contacts give way, and how less where that is too hard
 FEW, REFINED = 4, 4  # rounds; how often it is made good that contacts give way
 SMOOTH, ROUGHER = 0.25, 1.5  # from which coefficient on, and how friction grows
 AROUND, TURN_C, TURN_S = 64, 0.9951847266721969, 0.0980171403295606  # directions, and from one to the next
 HALVINGS = 52  # of the angle between two of them
+ENDLESS = 1e6  # times what rates ask for, as roots of energies
 SECULAR = 60  # steps for the distance to the edge of a disk
-
-
-class Problem(NamedTuple):
-    """S (q, q), free (q,); switches (s, 7): see `layout`; law, friction (mu), bound (s,); direction (q,): d in the rows
-    of tangents; x (q,): the impulses, where to begin, 0 without a law, and then the answer; rates (q,): r of them;
-    step, best, given, diagonal, anchor (q,), matrix (q, q + 1): to work in. least (s,): what `ROUNDING` is a part of,
-    where all that is asked for nearly cancels."""
-
-    S: Floats2
-    free: Floats1
-    switches: Integers2
-    law: Floats1
-    friction: Floats1
-    bound: Floats1
-    direction: Floats1
-    x: Floats1
-    rates: Floats1
-    step: Floats1
-    best: Floats1
-    given: Floats1
-    diagonal: Floats1
-    anchor: Floats1
-    matrix: Floats2
-    least: Floats1
-
-
-@inlined
-def size(x: float) -> float:
-    """|x|."""
-    return max(x, -x)
-
-
-@apart
-def update_rates(p: Problem) -> None:
-    """r = S x + free."""
-    for i in range(p.free.size):
-        total = p.free[i]
-        for j in range(p.free.size):
-            total += p.S[i, j] * p.x[j]
-        p.rates[i] = total
 
 
 @inlined
@@ -74,42 +45,6 @@ def _push(p: Problem, row: int, change: float) -> None:
     p.x[row] += change
     for i in range(p.free.size):
         p.rates[i] += p.S[i, row] * change
-
-
-@apart
-def eliminate(matrix: np.ndarray, n: int, x: np.ndarray) -> None:
-    """Solve a system of n rows, the right-hand side in column n, by complete pivoting; what nothing says is 0.
-    The matrix is used up."""
-    scale = 0.0
-    for i in range(n):
-        x[i] = 0.0
-        for j in range(n):
-            scale = max(scale, size(matrix[i, j]))
-    done = 0
-    while done < n:  # rows from `done` on are free; a column that was taken is 0 in them
-        row, column, best = done, 0, DEPENDENT * scale
-        for i in range(done, n):
-            for j in range(n):
-                if size(matrix[i, j]) > best:
-                    row, column, best = i, j, size(matrix[i, j])
-        if best == DEPENDENT * scale:
-            break
-        for j in range(n + 1):
-            swapped = matrix[row, j]
-            matrix[row, j] = matrix[done, j]
-            matrix[done, j] = swapped
-        for i in range(n):
-            if i != done:
-                factor = matrix[i, column] / matrix[done, column]
-                for j in range(n + 1):
-                    matrix[i, j] -= factor * matrix[done, j]
-                matrix[i, column] = 0.0
-        x[column] = float(done + 1)  # for now, the row that gives it
-        done += 1
-    for j in range(n):
-        taken = int(x[j]) - 1
-        if taken >= 0:
-            x[j] = matrix[taken, n] / matrix[taken, j]
 
 
 @apart
@@ -352,12 +287,19 @@ def _largest(p: Problem) -> float:
 
 
 @apart
-def _enough(p: Problem) -> float:
-    """How far the natural map may be from 0."""
-    most = CLOSE * _largest(p)
+def _fulfils(p: Problem, missed: float) -> bool:
+    """Whether x does, with the natural map so far from 0. Impulses far beyond what rates ask for, as those with which a
+    wedge may hold itself, leave of all rates rounding."""
+    enough, asked, most = 0.0, 0.0, 0.0
+    for i in range(p.free.size):
+        root = np.sqrt(_scaled(p, i))
+        enough = max(enough, CLOSE * root * root * size(p.free[i]))
+        asked, most = max(asked, root * size(p.free[i])), max(most, size(p.x[i]) / root if root > 0.0 else 0.0)
     for s in range(p.law.size):
-        most = max(most, ROUNDING * p.least[s]) if p.law[s] != FREE else most
-    return most
+        enough = max(enough, ROUNDING * p.least[s]) if p.law[s] != FREE else enough
+        row = p.switches[s, SWITCH_FIRST]
+        asked = max(asked, p.least[s] * np.sqrt(p.S[row, row])) if p.law[s] != FREE else asked
+    return missed <= enough and most <= ENDLESS * asked
 
 
 @apart
@@ -407,7 +349,7 @@ def _search(p: Problem, rounds: int, rays: bool) -> int:
         update_rates(p)
         _clean(p)
         update_rates(p)
-        if least <= _enough(p):
+        if _fulfils(p, least):
             return SOLVED
     return UNSOLVED
 

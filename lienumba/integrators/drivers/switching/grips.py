@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lienumba.compiler.routines.marks import Floats1, Floats2, apart, inlined
-from lienumba.integrators.drivers.switching.complementarity import Problem, eliminate
+from lienumba.integrators.drivers.switching.problem import Problem, eliminate
 from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_GRIP, SWITCH_ROWS, SWITCH_SHARES
 
 AT_EDGE = 1e4  # u: all but 5e-9 of what there may be

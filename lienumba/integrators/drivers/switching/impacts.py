@@ -5,7 +5,8 @@ import numpy as np
 
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.switching.complementarity import HOLDS, PRESSES, SOLVED, size, solve
+from lienumba.integrators.drivers.switching.complementarity import solve
+from lienumba.integrators.drivers.switching.problem import HOLDS, PRESSES, SOLVED, size
 from lienumba.integrators.drivers.switching.reactions import STILL, Reactions, along, number, spread, still, touches
 from lienumba.integrators.drivers.switching.used_rows import held, take_firm
 from lienumba.integrators.drivers.workspace import Rows
@@ -27,6 +28,7 @@ from lienumba.integrators.sizes import Sizes
 DRIVEN = 1e3  # times what is at rest: what holds or touches, and still moves faster after all impulses, is driven
 SLOW = 1e-6  # the same: what leaves no faster than this where something is hit has only been rocked
 GAINS, LESSER = 1e-12, 60  # of what goes to and fro in an impact: rounding; halvings of what comes back
+FAINT = 1e-6  # of what comes back: a part that is none
 
 
 @apart
@@ -51,7 +53,7 @@ def impulses(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
             if free and comes and rebound > 0.0 and rebound >= number(rows, first, sizes, lane, s, REST_SPEED):
                 r.wanted[row] = rebound
     said = _rebound(r, 1.0)
-    if said == SOLVED and _gained(r) > 0.0:
+    if said != SOLVED or _gained(r) > 0.0:
         said = _lessen(r)
     if said == SOLVED:
         _come_to_rest(r, rows, first, sizes, lane)
@@ -75,7 +77,7 @@ def holds(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
 def _rebound(r: Reactions, part: float) -> int:
     """Impulses after which this part of the speeds that are wanted comes back."""
     for i in range(r.rates.size):
-        r.problem.free[i] = r.rates[i] - part * r.wanted[i]
+        r.problem.free[i], r.problem.x[i] = r.rates[i] - part * r.wanted[i], 0.0
     return solve(r.problem)
 
 
@@ -94,22 +96,20 @@ def _gained(r: Reactions) -> float:
 
 @apart
 def _lessen(r: Reactions) -> int:
-    """Of all that comes back the largest part with which an impact gives no energy, as none does of which nothing
-    comes back. Newton's restitution may where friction turns the sliding round (Kane's paradox)."""
+    """Of all that comes back the largest part with which there are impulses, and these give no energy, as of which
+    nothing comes back. Newton's restitution may where friction turns the sliding round (Kane's paradox), and friction
+    may let nothing come back, as that of a wedge."""
     low, high = 0.0, 1.0
     for _ in range(LESSER):
         part = low + 0.5 * (high - low)
-        said = _rebound(r, part)
-        if said != SOLVED:
-            return said
-        gained = _gained(r)
+        gained = _gained(r) if _rebound(r, part) == SOLVED else np.inf
         if gained > 0.0:
             high = part
         else:
             low = part
         if gained == 0.0 or high - low < GAINS:
             break
-    return _rebound(r, low)
+    return _rebound(r, low if low > FAINT else 0.0)
 
 
 @apart

@@ -6,16 +6,8 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.acting import fired, used
 from lienumba.integrators.drivers.switching import grips
-from lienumba.integrators.drivers.switching.complementarity import (
-    BOUNDED,
-    FREE,
-    HOLDS,
-    PRESSES,
-    SLIDES,
-    SOLVED,
-    size,
-    solve,
-)
+from lienumba.integrators.drivers.switching.complementarity import solve
+from lienumba.integrators.drivers.switching.problem import BOUNDED, FREE, HOLDS, PRESSES, SLIDES, SOLVED, size
 from lienumba.integrators.drivers.switching.reactions import (
     AT_ONCE,
     RESTS,

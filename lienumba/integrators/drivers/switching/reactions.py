@@ -10,8 +10,8 @@ from lienumba.compiler.routines.marks import Integers2, apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.event_search import TOUCH
-from lienumba.integrators.drivers.switching.complementarity import FREE, Problem, eliminate
 from lienumba.integrators.drivers.switching.grips import Grips
+from lienumba.integrators.drivers.switching.problem import FREE, Problem, eliminate
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS, Workspace
 from lienumba.integrators.sizes import Sizes

@@ -2,7 +2,7 @@
 
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.switching.complementarity import DEPENDENT, HOLDS, eliminate
+from lienumba.integrators.drivers.switching.problem import DEPENDENT, HOLDS, eliminate
 from lienumba.integrators.drivers.switching.reactions import Reactions
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (

@@ -19,7 +19,7 @@ from lienumba.compiler.dense.decompositions import Rows, product, solved, turned
 from lienumba.compiler.flat import Flat, kept
 from lienumba.integrators.drivers.event_search import TOUCH
 from lienumba.integrators.drivers.switching.at_rest import VECTORS
-from lienumba.integrators.drivers.switching.complementarity import FREE, PRESSES, SOLVED
+from lienumba.integrators.drivers.switching.problem import FREE, PRESSES, SOLVED
 from lienumba.integrators.layout import SWITCH_FIRST
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.mechanics.mechanism.kinematics import OFF, SLIDE, STICK

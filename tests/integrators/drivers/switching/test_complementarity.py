@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from lienumba.compiler.flat import Flat, compiled
 from lienumba.compiler.routines.marks import Integers1
-from lienumba.integrators.drivers.switching.complementarity import (
+from lienumba.integrators.drivers.switching.complementarity import FEW, _search, solve
+from lienumba.integrators.drivers.switching.problem import (
     BOUNDED,
-    FEW,
     FREE,
     HOLDS,
     PARADOX,
@@ -22,8 +22,6 @@ from lienumba.integrators.drivers.switching.complementarity import (
     SOLVED,
     UNSOLVED,
     Problem,
-    _search,
-    solve,
 )
 from lienumba.integrators.layout import SWITCH_NUMBERS, SWITCH_SHARES
 
