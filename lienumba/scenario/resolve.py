@@ -70,12 +70,12 @@ class Scenario:
 
     @cached_property
     def times(self) -> list[float]:
-        """The stored times in s, exact decimals."""
-        output = self.data.output
+        """The stored times in s, exact decimals, none behind the end."""
+        output, end = self.data.output, self.data.integrator.end_time
         if output.times is not None:
-            return list(output.times)
+            return [min(time, end) for time in output.times]
         assert output.every is not None, "filled in by resolve"
-        return timegrid.stored_times(self.data.integrator.end_time, output.every)
+        return timegrid.stored_times(end, output.every)
 
     @cached_property
     def output_steps(self) -> list[int]:

@@ -25,11 +25,12 @@ def count(duration: float, step: float) -> int | None:
 
 
 def stored_times(end: float, every: float) -> list[float]:
-    """The times 0, every, 2 every, ... up to the end, each the double nearest to its exact decimal."""
+    """The times 0, every, 2 every, ... up to the end, each the double nearest to its exact decimal, none behind the
+    end."""
     base = exact(every)
     whole = count(end, every)
     number = int(exact(end) / base) if whole is None else whole
-    return [index * base.numerator / base.denominator for index in range(number + 1)]
+    return [min(index * base.numerator / base.denominator, end) for index in range(number + 1)]
 
 
 def default_interval(end: float, steps: Sequence[float], ends: Sequence[float] = ()) -> float:

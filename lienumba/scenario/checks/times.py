@@ -134,7 +134,7 @@ def _check_listed(integrator: Integrator, times: list[float], report: "Report") 
                 time,
             )
     for index, (before, after) in enumerate(pairwise(times)):
-        if after <= before:
+        if min(after, end) <= before:
             report.add(
                 f"output.times[{index + 1}]",
                 f"does not come after {before!r}",

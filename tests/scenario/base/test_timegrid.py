@@ -1,5 +1,7 @@
 """Times are exact decimals on the grid of the step."""
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -52,3 +54,14 @@ def test_the_proposed_step_fits(a: int, b: int, c: int) -> None:
 def test_the_proposed_duration_fits(a: int, b: int) -> None:
     duration, step = a / 1000, b / 10**6
     assert timegrid.count(float(f"{timegrid.nearest_multiple(duration, step):.12g}"), step)
+
+
+@pytest.mark.parametrize("k", range(1, 60))
+@pytest.mark.parametrize("parts", [3, 7, 10])
+def test_no_stored_time_lies_behind_the_end(k: int, parts: int) -> None:
+    """Numbers from scripts do not divide to the last bit; what is stored behind the end was NaN."""
+    end = 0.3 * math.sqrt(k)
+    times = timegrid.stored_times(end, end / parts)
+    assert len(times) == parts + 1
+    assert times[-1] <= end
+    assert times[-1] == pytest.approx(end, rel=1e-9)
