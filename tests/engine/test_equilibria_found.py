@@ -113,6 +113,20 @@ def test_a_state_that_never_rests_is_no_equilibrium() -> None:
     assert lienumba.equilibrium(driven([], {"T": {"rate": "1 + 0*inputs.T", "start": 0.0}}, G)).status.item() == 1
 
 
+@pytest.mark.parametrize("lag", [0.001, 0.01, 0.08])
+@pytest.mark.parametrize("integral", [0.1, 1.0, 9.0])
+@pytest.mark.parametrize("gravity", [0.0, G])
+def test_an_integral_behind_a_lag_comes_to_rest(lag: float, integral: float, gravity: float) -> None:
+    """Forces vanish long before the integral has come to where the place is right, and nothing else is stiff."""
+    motor = {"name": "motor", "type": "actuator", "joint": "j", "value": "inputs.u"}
+    damper = {"name": "damper", "type": "friction", "joint": "j", "viscous": 3.0}
+    inputs = {"error": {"rate": "0.4 - turn.angle"}}
+    inputs |= {"u": {"value": f"20*(0.4 - turn.angle) + {integral}*inputs.error", "filter": lag}}
+    found = lienumba.equilibrium(driven([motor, damper], inputs, gravity))
+    assert found.status.item() == 0
+    assert found["turn.angle"].item() == pytest.approx(0.4, abs=1e-10)
+
+
 @pytest.mark.parametrize("load", [0.0, 0.7])
 @pytest.mark.parametrize("start", [0.0, 0.2])
 def test_a_servo_behind_a_filter_finds_its_place(start: float, load: float) -> None:

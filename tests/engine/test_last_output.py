@@ -21,10 +21,10 @@ def test_something_is_stored_at_the_end(settings: dict[str, Any], output: dict[s
     height = {"name": "p", "type": "point", "body": "b"}
     scenario = {
         "model": {"gravity": [0, 0, -G], "bodies": [body], "quantities": [height]},
-        "integrator": settings | {"end_time": end}, "output": output,
-        "requirements": [{"name": "falls", "value": "p.z", "below": 100, "probability": 0.9}],
+        "integrator": settings | {"end_time": end}, "output": output | {"summary": {"p.z": ["final"]}},
     }  # fmt: skip
     ds = lienumba.run(scenario, progress=False).isel(run=0)
     assert float(ds.time[-1]) == end
-    assert float(ds["p.z"][-1]) == pytest.approx(-0.5 * G * end**2, abs=1e-12)
+    assert float(ds.position[-1, 0, 2]) == pytest.approx(-0.5 * G * end**2, abs=1e-12)
+    assert float(ds["p.z_final"]) == float(ds.position[-1, 0, 2])
     assert not np.isnan(ds.position.values).any()

@@ -220,7 +220,8 @@ class _Search(Balance):
         falling = np.maximum(-values.min(axis=1, initial=0.0) - 1e-9 * largest, 0.0)
         still = force <= QUIET * largest  # what is left is rounding
         sigma = np.where(still, 0.0, np.maximum(SLOW * force / self.longest[which], DOWNHILL * falling))
-        scale = np.maximum(np.maximum(np.abs(K).max(axis=(1, 2), initial=0.0), largest) + sigma, 1e-300)
+        scale = np.maximum(np.abs(K).max(axis=(1, 2), initial=0.0), largest) + sigma
+        scale = np.where(scale > 0.0, scale, np.maximum(np.abs(S).max(axis=(1, 2), initial=0.0), 1e-300))
         K = K + sigma[:, None, None] * np.eye(n)
         total = np.zeros((runs, n + s, n + s))
         total[:, :n, :n], total[:, :n, n:] = K / scale[:, None, None], -S / scale[:, None, None]
