@@ -100,6 +100,25 @@ def test_feet_come_to_rest_together(n: int, friction: Any, spin: float, method: 
     np.testing.assert_allclose(found.last_position.values, exact.last_position.values, rtol=0, atol=60 * step**2)
 
 
+@pytest.mark.parametrize(("method", "step"), [("rk4", 1e-3), ("heun", 1e-3), ("dop853", 1e-2)])
+def test_feet_of_many_pucks_do_not_push(method: str, step: float) -> None:
+    """One foot comes to rest before the others, and these turn back: of a hundred runs three to eleven pushed."""
+    model = feet(3, Rotation.identity(), 0.06, 0.3, 0.0)
+    vary = {f"bodies.p.velocity[{n}]": {"distribution": "uniform", "low": -0.6, "high": 0.6} for n in (0, 1)}
+    vary |= {"bodies.p.angular_velocity[2]": {"distribution": "uniform", "low": -8.0, "high": 8.0}}
+    for n in range(3):
+        vary[f"contacts.c{n}.friction"] = {"distribution": "uniform", "low": 0.1, "high": 0.5}
+    scenario = {"model": model, "output": {"every": 2.0}, "sweep": {"runs": 128, "seed": 4, "vary": vary}}
+    exact, found = (
+        lienumba.run(scenario | {"integrator": x | {"end_time": 2.0}}, progress=False)
+        for x in ({"tolerance": 1e-10}, {"method": method, "step": step})
+    )
+    np.testing.assert_array_equal(exact.status, 0)
+    np.testing.assert_array_equal(found.status, 0)
+    np.testing.assert_array_equal(found["mode"].values[:, -1], exact["mode"].values[:, -1])
+    np.testing.assert_allclose(found.last_position.values, exact.last_position.values, rtol=0, atol=5 * step)
+
+
 def test_a_body_at_rest_does_not_keep_another_sliding() -> None:
     """Two pucks, of which one stands, and one slides on over the other's plane."""
     one = feet(3, Rotation.identity(), 0.3, 0.5, 0.0)

@@ -10,6 +10,7 @@ from lienumba.integrators.drivers.switching.complementarity import solve
 from lienumba.integrators.drivers.switching.problem import BOUNDED, FREE, HOLDS, PRESSES, SLIDES, SOLVED, size
 from lienumba.integrators.drivers.switching.reactions import (
     AT_ONCE,
+    GOES_ON,
     RESTS,
     SMOOTHLY,
     STOPS,
@@ -59,6 +60,12 @@ def _on_edge(r: Reactions, switch: int) -> bool:
     if p.law[switch] != BOUNDED:
         most = p.friction[switch] * p.x[p.switches[switch, SWITCH_FIRST]]
     return along(r, switch, p.x) > (1.0 - EDGE) * most
+
+
+@inlined
+def _begins(r: Reactions, switch: int) -> bool:
+    """Whether it begins to slide."""
+    return r.begins[switch] == AT_ONCE or r.begins[switch] == SMOOTHLY
 
 
 @apart
@@ -191,7 +198,7 @@ def _is_slow(
     r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, step: float, group: float
 ) -> bool:  # fmt: skip
     """Of what slides in a group, with friction in `step`; see `mechanics.system.switched.whirls`."""
-    p, friction, power, stops, seen = r.problem, 0.0, 0.0, 0.0, False
+    p, friction, power, stops, slow = r.problem, 0.0, 0.0, 0.0, True
     within = WHIRLS * (1.0 + EDGE) * step
     for i in range(sizes.switched):
         p.step[i] = 0.0
@@ -202,7 +209,6 @@ def _is_slow(
             for i in range(row + 1, row + 3):
                 p.step[i] = most * r.rates[i] / speed
             friction, power = friction + most, power + most * speed
-            seen = seen or _fired(rows, first, sizes, lane, s, layout.SLIDES)
     for i in range(sizes.switched):
         for j in range(sizes.switched):
             stops += p.step[i] * p.S[i, j] * p.step[j]
@@ -210,21 +216,21 @@ def _is_slow(
         row = p.switches[s, SWITCH_FIRST]
         if _slides_with(r, s, group):
             gives = max(p.S[row + 1, row + 1], p.S[row + 2, row + 2])
-            seen = seen and along(r, s, r.rates) <= within * friction * gives
-    return seen and friction > 0.0 and power <= within * stops
+            slow = slow and along(r, s, r.rates) <= within * friction * gives
+    return friction > 0.0 and slow and power <= within * stops
 
 
 @apart
 def _goes_on(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, largest: float, said: int) -> bool:
-    """What may be at rest slides on where static friction cannot hold all of it; returns whether it does."""
-    p, slips = r.problem, said != SOLVED
+    """What may be at rest slides on as it is where static friction cannot hold all of it; returns whether it does."""
+    slips = said != SOLVED
     for s in range(sizes.switches):
         slips = slips or (r.begins[s] == STOPS and _slips(r, s, largest))
     for s in range(sizes.switches):
         if r.begins[s] == STOPS:
-            r.begins[s] = RESTS
+            r.begins[s] = GOES_ON if slips else RESTS
             if slips:
-                p.law[s], p.friction[s] = float(SLIDES), number(rows, first, sizes, lane, s, layout.KINETIC)
+                _slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / along(r, s, r.rates))
     return slips
 
 
@@ -285,9 +291,10 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
     slid = _grip(r, rows, first, sizes, lane, slight)
     for s in range(sizes.switches):
         row, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS]
-        goes_on = rows[before + s, lane] == SLIDE and r.begins[s] == RESTS
+        goes_on = rows[before + s, lane] == SLIDE and not _begins(r, s)
         blunt = _bluntness(r, rows, first, sizes, lane, s) if goes_on else 0.0
-        if rows[on + s, lane] >= SLIDE and (blunt == 0.0 or _fired(rows, first, sizes, lane, s, layout.SLIDES)):
+        turned = r.begins[s] == GOES_ON or _fired(rows, first, sizes, lane, s, layout.SLIDES)
+        if rows[on + s, lane] >= SLIDE and (blunt == 0.0 or turned):
             end, speed = row + p.switches[s, SWITCH_ROWS], max(blunt, slow(rows, first, sizes, lane, s))
             for n in range(tangents):
                 memory = first.state + layout.memory_row(sizes) + p.switches[s, layout.SWITCH_MEMORY] + n
@@ -399,7 +406,7 @@ def heads(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
     for s in range(sizes.switches):
         rest, plane = still(rows, first, sizes, lane, s), p.switches[s, SWITCH_TANGENTS] == 2
         some = some or (plane and rows[on + s, lane] == STICK and along(r, s, r.rates) > rest)
-        if r.begins[s] != RESTS and plane:
+        if _begins(r, s) and plane:
             some, a = True, along(r, s, p.rates)
             if r.begins[s] == AT_ONCE:
                 time, longest = max(time, HEADS * rest / a), min(longest, CREEPS * rest / a)
@@ -412,7 +419,7 @@ def heads(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
         if rows[on + s, lane] == STICK and p.switches[s, SWITCH_TANGENTS] == 2:
             for i in range(row, row + 2):
                 p.free[i] = -r.rates[i]
-        if r.begins[s] != RESTS and p.switches[s, SWITCH_TANGENTS] == 2:
+        if _begins(r, s) and p.switches[s, SWITCH_TANGENTS] == 2:
             rest = still(rows, first, sizes, lane, s)
             for i in range(row, row + 2):
                 fast = CREEPS * rest * r.paces[s] * p.direction[i]
@@ -441,7 +448,7 @@ def blunt(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, s
     p, on, memory = r.problem, first.state + layout.on_row(sizes), first.state + layout.memory_row(sizes)
     for s in range(sizes.switches):
         row, rate = p.switches[s, SWITCH_FIRST], 0.0
-        if r.begins[s] == RESTS or rows[on + s, lane] != SLIDE or p.switches[s, SWITCH_TANGENTS] < 2:
+        if not _begins(r, s) or rows[on + s, lane] != SLIDE or p.switches[s, SWITCH_TANGENTS] < 2:
             continue
         for other in range(sizes.switches):
             i = p.switches[other, SWITCH_FIRST]

@@ -21,7 +21,7 @@ SLOWEST = 1e-3  # of a length in a whole run: no speed that others are compared 
 SLOW = 1e-7  # the same: what slides slower has no direction of its own
 INDEPENDENT, NOISE = 1e-10, 1e-12  # of a row's own size, and of that alone: a pivot below says that others say the same
 RESTS, AT_ONCE, SMOOTHLY = 0.0, 1.0, 2.0  # sliding begins: with an acceleration, or where its limit is just reached
-STOPS = 3.0  # or may have ended
+STOPS, GOES_ON = 3.0, 4.0  # or may have ended, which it has not
 
 
 class Reactions(NamedTuple):

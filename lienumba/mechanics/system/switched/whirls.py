@@ -14,7 +14,7 @@ from lienumba.mechanics.system.switches import Switch
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import absolute, maximum, minimum, where
 
-UNBENT = 1e-3  # of a speed: what it has across
+UNBENT = 0.05  # of a speed: what it has across
 WHIRLS = 0.5  # of a step, in which a slip is stopped that explicit methods do not follow
 
 
