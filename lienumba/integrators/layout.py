@@ -78,8 +78,9 @@ RECORDS, LOCKS, ENGAGES, RELEASES, SETS = range(5)
 # of the integrals that a step makes itself it is, of which event it has the condition (-1: of none), and the first
 # signal, and how many, at whose zeros its own bends, and those of its condition; and the rows of each: the value, its
 # time (s), NaN as long as there is none, whether the condition held where the last step ended, whether it cannot be
-# known, because something was undefined, the largest size of the condition where steps ended so far, and whether what
-# is between the ends of this step may change it. Signals are known in POINTS of a step, of a piece of it, of a part of
+# known, because something was undefined, the largest size of the condition where steps ended so far, whether what is
+# between the ends of this step may change it, and for `panels` whether it is no polynomial of few points in this one,
+# and how often that may still be. Signals are known in POINTS of a step, of a piece of it, of a part of
 # that, and ELSEWHERE; behind that, by how much each changed in the last step (CHANGES) and in the one before (EARLIER),
 # and its rate at the end of that, NaN where it is not known (RATES).
 (
@@ -87,7 +88,9 @@ RECORDS, LOCKS, ENGAGES, RELEASES, SETS = range(5)
     KEPT_TURN, KEPT_TURNS, KEPT_NUMBERS,
 ) = range(10)  # fmt: skip
 LARGEST, SMALLEST, INTEGRATES, KEEPS_FIRST, KEEPS_LAST, COUNTS = range(6)
-KEPT_VALUE, KEPT_TIME, KEPT_TRUE, KEPT_UNDEFINED, KEPT_SIZE, KEPT_OPEN, KEPT_ROWS = range(7)
+(
+    KEPT_VALUE, KEPT_TIME, KEPT_TRUE, KEPT_UNDEFINED, KEPT_SIZE, KEPT_OPEN, KEPT_UNLIKE, KEPT_TRUST, KEPT_ROWS,
+) = range(9)  # fmt: skip
 POINTS = 5
 ELSEWHERE, CHANGES, EARLIER, RATES = range(3 * POINTS, 3 * POINTS + 4)
 PAST = 2  # steps whose lengths (s) are known, 0 where they say nothing of what follows

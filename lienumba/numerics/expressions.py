@@ -105,7 +105,7 @@ class Formula:
     def bends(self) -> "tuple[Formula, ...] | None":
         """Numbers at whose zeros it may have, as it is written, a kink or a jump, and nowhere else; None if there are
         no such ones."""
-        if self._calls(WHOLE):
+        if self._calls(()):
             return None
         alone = isinstance(self._tree, ast.Compare) and len(self._tree.ops) == 1  # itself the margin of the condition
         nodes = [node for node in ast.walk(self._tree) if not (alone and node is self._tree)]
@@ -143,7 +143,7 @@ class Formula:
         found = []
         for node in ast.walk(self._tree):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in WHOLE:
-                line = node.args[0] if len(node.args) == 1 else ast.BinOp(node.args[0], ast.Div(), node.args[1])
+                line = _counted(node.args)
                 if degree(line, state) == 1:
                     found.append(Formula(ast.unparse(line), self.allowed, self.tables))
         return found
@@ -169,6 +169,9 @@ def _bends(node: ast.AST) -> list[ast.expr]:
     match node:
         case ast.Call(func=ast.Name(id="abs" | "sign"), args=args):
             return list(args)
+        case ast.Call(func=ast.Name(id=name), args=args) if name in WHOLE:
+            quarter = ast.BinOp(ast.Constant(0.5 * math.pi), ast.Mult(), _counted(args))
+            return [ast.Call(ast.Name(of), [quarter], []) for of in ("sin", "cos")]  # 0 at even, and at odd numbers
         case ast.Call(func=ast.Name(id="min" | "max"), args=args):
             pairs = combinations(args, 2)
         case ast.Call(func=ast.Name(id="clip"), args=[x, low, high]):
@@ -176,6 +179,11 @@ def _bends(node: ast.AST) -> list[ast.expr]:
         case ast.Compare(left=x, comparators=others):
             pairs = pairwise([x, *others])
     return [ast.BinOp(x, ast.Sub(), y) for x, y in pairs]
+
+
+def _counted(args: list[ast.expr]) -> ast.expr:
+    """Of `WHOLE` functions the number that is whole where they jump."""
+    return args[0] if len(args) == 1 else ast.BinOp(args[0], ast.Div(), args[1])
 
 
 class _Replacing(ast.NodeTransformer):

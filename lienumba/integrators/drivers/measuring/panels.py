@@ -6,7 +6,7 @@ help, the signal is noise.
 
 import numpy as np
 
-from lienumba.compiler.lanes import Lanes, Mask, any_lane, choose, load, splat
+from lienumba.compiler.lanes import Lanes, Mask, any_lane, choose, load, splat, store
 from lienumba.compiler.routines.marks import apart
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
@@ -22,13 +22,15 @@ from lienumba.integrators.layout import (
     KEPT_EVENT,
     KEPT_OPEN,
     KEPT_SIGNAL,
+    KEPT_TRUST,
     KEPT_TURNS,
+    KEPT_UNLIKE,
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import absolute, maximum, minimum
 
-PATIENCE = 5  # halvings more than panels of which the polynomial is right
+PATIENCE = 9  # halvings more than panels of which the polynomial is right
 PANELS = 4096  # at most
 ROUNDING = 2.0**-40  # of values: what differs by less is no course
 
@@ -55,11 +57,10 @@ def _opens(sizes: Sizes, at: Workspace, plan: Plan, n: int, cut: Mask) -> Mask:
 
 
 @apart
-def _any_unlike(sizes: Sizes, at: Workspace, plan: Plan, cut: Mask, x: float) -> Lanes:
-    """The same of all that matters."""
-    found = splat(0.0)
+def _find_unlike(sizes: Sizes, at: Workspace, plan: Plan, cut: Mask, x: float) -> None:
+    """The same of each that is kept and that the panel matters to, beside what another point has said."""
     for n in range(sizes.kept):
-        opens, unlike = _opens(sizes, at, plan, n, cut), splat(0.0)
+        kept, unlike = at.measures + ROW * layout.KEPT_ROWS * n, splat(0.0)
         value, condition = plan.kept[n, KEPT_SIGNAL], plan.kept[n, KEPT_CONDITION]
         if value >= 0 and plan.straight[value] != 0:
             unlike = _unlike(sizes, at, value, x)
@@ -69,7 +70,32 @@ def _any_unlike(sizes: Sizes, at: Workspace, plan: Plan, cut: Mask, x: float) ->
             signal = bend(plan, n, k)
             if plan.straight[signal] != 0:
                 unlike = maximum(unlike, _unlike(sizes, at, signal, x))
-        found = maximum(found, choose(opens, unlike, 0.0))
+        unlike = choose(_opens(sizes, at, plan, n, cut), unlike, 0.0)
+        store(kept, KEPT_UNLIKE, maximum(load(kept, KEPT_UNLIKE), unlike))
+
+
+@apart
+def _forget(sizes: Sizes, at: Workspace, trust: float) -> None:
+    """Nothing is unlike; trust: in everything from now on, where it is not negative."""
+    for n in range(sizes.kept):
+        kept = at.measures + ROW * layout.KEPT_ROWS * n
+        store(kept, KEPT_UNLIKE, splat(0.0))
+        if trust >= 0.0:
+            store(kept, KEPT_TRUST, splat(trust))
+
+
+@apart
+def _judge(sizes: Sizes, at: Workspace, left: Mask) -> Lanes:
+    """1 where anything asks for a halved panel in which there still is trust, else 0; each that does so loses some of
+    it, and has some back where it does not. What is noise takes none of another's."""
+    found, most = splat(0.0), splat(float(PATIENCE))
+    for n in range(sizes.kept):
+        kept = at.measures + ROW * layout.KEPT_ROWS * n
+        trust, unlike = load(kept, KEPT_TRUST), load(kept, KEPT_UNLIKE)
+        asks = left & (unlike > 0.0) & (trust > 0.0)
+        found = choose(asks, splat(1.0), found)
+        calm = left & (unlike == 0.0) & (trust > 0.0)
+        store(kept, KEPT_TRUST, choose(asks, trust - 1.0, choose(calm, minimum(trust + 1.0, most), trust)))
     return found
 
 
@@ -90,20 +116,20 @@ def keep_panels(
     """Keep what has to be of so much of a step, in the lanes `good`; cut: where it is left. Whether it was divided, so
     that its start is no longer among the points."""
     divided = False
-    x, w, trust = splat(0.0), choose(good, splat(1.0), 0.0), splat(float(PATIENCE))
+    x, w = splat(0.0), choose(good, splat(1.0), 0.0)
+    _forget(sizes, at, float(PATIENCE))
     for _ in range(PANELS):
         left = w > 0.0
         if not any_lane(left):
             return divided
         low, high = x * whole, choose(x + w == 1.0, whole, (x + w) * whole)
         look_along(kernels, sizes, at, t, length, low, high, 0)
-        unlike = splat(0.0)
+        _forget(sizes, at, -1.0)
         for k in range(2):
             part = 0.5 * (point(2 * k) + point(2 * k + 1))
             look(kernels, sizes, at, t, length, low + part * (high - low), signals(sizes, at, 0, ELSEWHERE))
-            unlike = maximum(unlike, _any_unlike(sizes, at, plan, cut, part))
-        halved = left & (unlike > 0.0) & (trust > 0.0)
-        trust = choose(halved, trust - 1.0, choose(trust > 0.0, minimum(trust + 1.0, splat(float(PATIENCE))), trust))
+            _find_unlike(sizes, at, plan, cut, part)
+        halved = left & (_judge(sizes, at, left) > 0.0)
         done, divided = left & (choose(halved, 1.0, 0.0) == 0.0), divided or any_lane(halved)
         for n in range(sizes.kept):
             opens = done & _opens(sizes, at, plan, n, cut)
