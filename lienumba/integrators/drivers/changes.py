@@ -196,7 +196,7 @@ def _close(
     places = Places(at.new, at.now, at.following)
     most = max(limit, CLOSING)
     stages.project_positions(
-        kernels, sizes, at.parameters, places, False, at, status, closing, table, most, tolerance
+        kernels, sizes, at.parameters, places, False, at, status, closing, table, most, tolerance, True
     )  # fmt: skip
     closed = closing & (load(status, 0) == 0.0)
     for row in range(layout.mask_row(sizes), layout.on_row(sizes)):

@@ -110,9 +110,10 @@ def reselect(
 @inlined
 def project_positions(
     kernels: np.ndarray, sizes: Sizes, p: Address, places: Places, movable: bool, at: Workspace, status: Address,
-    pending: Mask, table: Rows, limit: int, tolerance: float,
+    pending: Mask, table: Rows, limit: int, tolerance: float, closing: bool,
 ) -> tuple[Lanes, Places]:  # fmt: skip
     """Project the positions of `new` in the pending lanes; returns each lane's iterations, and the places.
+    closing: over gaps.
 
     Where it does not converge, a constraint that said the same as others may have begun to say something of its own:
     the rows are selected anew where the iteration has come to, and it starts again; with fixed rows that is for another
@@ -121,6 +122,8 @@ def project_positions(
     rows = layout.element_rows(sizes)
     iterated = rows + sizes.correction
     first, chord = kernels[layout.POSITION], kernels[layout.CHORD]
+    if closing and kernels[layout.CLOSURE] != 0:
+        first, chord = kernels[layout.CLOSURE], 0
     again = chord if chord != 0 else first  # reads what the first one left behind its iterate: that stays in its place
     used, new = splat(0.0), places.new
     for attempt in range(2):
@@ -178,7 +181,7 @@ def project(
     if kernels[layout.POSITION] != 0:
         pending = going & (load(status, 0) == 0.0)
         used, places = project_positions(
-            kernels, sizes, p, places, movable, at, status, pending, table, limit, tolerance
+            kernels, sizes, p, places, movable, at, status, pending, table, limit, tolerance, False
         )  # fmt: skip
         store(iterations, 0, choose(used > load(iterations, 0), used, load(iterations, 0)))
     if kernels[layout.VELOCITY] != 0:

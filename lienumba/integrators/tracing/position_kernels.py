@@ -15,6 +15,7 @@ from lienumba.groups.state import State
 from lienumba.integrators import codes, layout
 from lienumba.integrators.tracing.joint.chart import displacement
 from lienumba.integrators.tracing.tracer import Correction, Posture, Tracer
+from lienumba.mechanics.elements.events import ENGAGE
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import embedded, kkt, projection
@@ -40,7 +41,20 @@ def position(tracer: Tracer) -> tuple[dict[str, Kernel], int]:
     return kernels, len(kept)
 
 
-def _iteration(tracer: Tracer) -> "_Iteration":
+def closure(tracer: Tracer) -> Kernel:
+    """An iteration that closes joints over gaps: bodies move least by their masses, so that the mass centre of what
+    nothing else holds stays, in any unit of length."""
+    iteration = _iteration(tracer, masses=True)
+    return tracer.kernel("closure", iteration.outputs(iteration.solution()))
+
+
+def closes(tracer: Tracer) -> bool:
+    """Whether an event closes a joint, and corrections are of coordinates that have masses."""
+    engages = any(event.action == ENGAGE.name for event in tracer.template.events)
+    return engages and (tracer.method.coordinates == "joint" or tracer.method.position == "local")
+
+
+def _iteration(tracer: Tracer, masses: bool = False) -> "_Iteration":
     graph, model = tracer.graph()
     (there, mask), augmented = tracer.now(graph, model), tracer.augmented_rows(graph)
     here = tracer.posture(model, tracer.state(graph, "extra"), augmented, graph.input("clock", layout.TIME))
@@ -51,12 +65,13 @@ def _iteration(tracer: Tracer) -> "_Iteration":
     if mu:
         mu = projection.masked(mu, projection.position_mask(model, mask))
     form = tracer.method.coordinates if tracer.method.coordinates in FORMS else tracer.method.position
-    return FORMS[form](tracer, graph, model, augmented, mask, there, here, x, mu)
+    return FORMS[form](tracer, graph, model, augmented, mask, there, here, x, mu, masses)
 
 
 @dataclass(frozen=True)
 class _Iteration:
-    """What an iteration begins with: q^ `there`, the iterate `here`, its correction x and multipliers mu."""
+    """What an iteration begins with: q^ `there`, the iterate `here`, its correction x and multipliers mu; masses:
+    whether corrections are small by these."""
 
     tracer: Tracer
     graph: Graph
@@ -67,6 +82,7 @@ class _Iteration:
     here: Posture
     x: list[Number]
     mu: list[Number]
+    masses: bool
 
     @property
     def hat(self) -> Instant:
@@ -113,7 +129,7 @@ class _Iteration:
 class _Joint(_Iteration):
     def solution(self) -> Any:
         assert isinstance(self.here, posture.Posture)
-        return equations.position_correction(self.here, self.tracer.structure, self.mask, self.x)
+        return equations.position_correction(self.here, self.tracer.structure, self.mask, self.x, self.masses)
 
     def moved(self, x: list[Number]) -> tuple[tuple[State, ...], Number]:
         assert isinstance(self.there, posture.Posture)
@@ -125,7 +141,7 @@ class _Joint(_Iteration):
 class _Local(_Iteration):
     def solution(self) -> kkt.Solution:
         t = self.tracer
-        return projection.position_correction(self.model, t.structure, self.now, self.x, self.mask, t.axes)
+        return projection.position_correction(self.model, t.structure, self.now, self.x, self.mask, t.axes, self.masses)
 
     def chord(self, by: kkt.Eliminated) -> kkt.Solution:
         axes = self.tracer.axes

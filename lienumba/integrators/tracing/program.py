@@ -116,6 +116,7 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     if "position" in levels and method.position != "none":
         projecting, chord = position_kernels.position(tracer)
         kernels |= projecting
+        kernels |= {"closure": position_kernels.closure(tracer)} if position_kernels.closes(tracer) else {}
     if levels and method.velocity != "none":
         kernels["velocity"] = state_kernels.velocity(tracer)
     if tracer.augmented.masks:

@@ -14,10 +14,11 @@ from lienumba.groups.state import State
 from lienumba.keys.registry import Registry
 from lienumba.mechanics.elements.contacts import CONTACTS
 from lienumba.mechanics.mechanism.kinematics import OFF, Instant
+from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import Body, Model
 from lienumba.mechanics.system import constraints, kkt
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
-from lienumba.mechanics.system.dynamics import energies, mass_matrix
+from lienumba.mechanics.system.dynamics import body_masses, energies, mass_matrix
 from lienumba.mechanics.system.switches import CONTACT, Switch, switches_of
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, is_zero, maximum, minimum, where
@@ -71,11 +72,14 @@ def position_correction(
     x: Sequence[Number],
     mask: Sequence[Number],
     axes: Axes = GLOBAL,
+    masses: bool = False,
 ) -> kkt.Solution:
     """The next total correction x+ from q^ (Terze et al. 2015, eqs. 21, 22):  W x+ + C^T mu = 0,  C (x+ - x) = -Phi;
-    `now` is q^ moved by x; axes: of the equations at `now`."""
+    `now` is q^ moved by x; axes: of the equations at `now`; masses: whether W is that of the bodies."""
     C = constraints.jacobian(model, now, axes)
-    W = {(i, i): weight for i, weight in enumerate(_weights(structure.bodies))}
+    W: kkt.Entries = {(i, i): weight for i, weight in enumerate(_weights(structure.bodies))}
+    if masses:
+        W = body_masses(with_lent_masses(model).bodies)
     g = [-phi for phi in constraints.residual(model, now, axes)]
     along = axes.into(now, x)
     for (row, column), entry in C.items():

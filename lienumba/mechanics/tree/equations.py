@@ -164,12 +164,13 @@ def changed(posture: Posture, structure: kkt.Structure, mask: Sequence[Number], 
 
 
 def position_correction(
-    posture: Posture, structure: kkt.Structure, mask: Sequence[Number], x: Sequence[Number]
+    posture: Posture, structure: kkt.Structure, mask: Sequence[Number], x: Sequence[Number], masses: bool = False
 ) -> Solution:
     """The next total correction along the rates, as `projection.position_correction` has it for bodies: with the
-    metric |r - r^|^2 + |R - R^|^2 at `posture`, which is q^ moved by x."""
-    tree = posture.tree
-    bodies = [Body(body.name, 1.0, (2.0, 2.0, 2.0, 0.0, 0.0, 0.0)) for body in posture.model.bodies]
+    metric |r - r^|^2 + |R - R^|^2 at `posture`, which is q^ moved by x, or with that of the masses."""
+    tree, bodies = posture.tree, with_lent_masses(posture.model).bodies
+    if not masses:
+        bodies = tuple(Body(body.name, 1.0, (2.0, 2.0, 2.0, 0.0, 0.0, 0.0)) for body in bodies)
     loads = _metric(posture, structure, mask, bodies, False)
     g = [-phi for phi in constraints.residual(posture.model, posture.now)]
     moved = carried(tree, posture.links, Loads(loads.inertia, loads.wrenches), x)

@@ -105,3 +105,38 @@ def test_a_gear_that_is_engaged(coordinates: str) -> None:
     after = 2 * 0.02 / (0.02 + 0.1 / 16)
     np.testing.assert_allclose(found["A.rate"].values[0], [2, 2, after], rtol=1e-10)
     np.testing.assert_allclose(found["B.rate"].values[0, 1:], [0, -after / 4], atol=1e-10)
+
+
+@pytest.mark.parametrize("coordinates", ["lie", "joint"])
+def test_a_gap_closes_alike_in_any_size_and_the_mass_centre_stays(coordinates: str) -> None:
+    """Two free bodies meet askew, from a millimetre to a kilometre across. Moved least in m and rad the large ones did
+    not close, each size closed otherwise, and all leapt."""
+    found = []
+    for size in (1e-3, 1.0, 1e3):
+        chaser = {"name": "a", "mass": 9.0, "inertia": [4.2 * size**2, 6.1 * size**2, 6.4 * size**2]}
+        chaser |= {"position": [-1.5 * size, 0.007 * size, 0.002 * size], "velocity": [0.6 * size, 0, 0]}
+        target = {"name": "b", "mass": 26.0, "inertia": [21 * size**2, 39 * size**2, 37 * size**2]}
+        target |= {"position": [1.2 * size, 0, 0], "velocity": [0, 0, 0], "angular_velocity": [0, 0, 0]}
+        chaser |= {"rotation": [1, 0, 0, 0], "angular_velocity": [0.003, 0, 0.008]}
+        probe = {"name": "p", "type": "spherical", "bodies": ["b", "a"]}
+        probe |= {"points": [[-1.2 * size, 0, 0], [size, 0, 0]], "active": False}
+        tip = {"name": "tip", "type": "point", "body": "a", "point": [size, 0, 0], "relative_to": "b"}
+        near = f"(tip.x + {1.2 * size})**2 + tip.y**2 + tip.z**2 < {(0.02 * size) ** 2}"
+        capture = {"name": "c", "when": near, "action": "engage", "joint": "p", "closing": 0.03 * size, "once": True}
+        scenario = {
+            "model": {"gravity": [0, 0, 0], "bodies": [chaser, target | {"rotation": [1, 0, 0, 0]}], "joints": [probe]},
+            "quantities": [tip, {"name": "momentum", "type": "momentum"}], "events": [capture],
+            "integrator": {"method": "rk4", "step": 0.01, "end_time": 3.0, "coordinates": coordinates},
+            "output": {"times": [0.0, 1.0, 2.0, 3.0]},
+        }  # fmt: skip
+        ds = lienumba.run(scenario).isel(run=0)
+        assert statuses(ds.expand_dims("run")) == ["success"]
+        assert int(ds.event_count[0]) == 1
+        mass = np.array([9.0, 26.0])
+        centre = np.tensordot(mass, ds.position.values, (0, 1)) / mass.sum()
+        straight = centre[0] + np.outer(ds.time.values, [9 * 0.6 * size / 35, 0, 0])
+        stays = 1e-9 if coordinates == "lie" else 2e-5  # of joints the moves, not the paths of bodies
+        np.testing.assert_allclose(centre, straight, rtol=0, atol=stays * size)
+        found.append(np.concatenate([ds.position.values / size, ds.angular_velocity.values], axis=-1))
+    np.testing.assert_allclose(found[0], found[1], rtol=0, atol=2e-6)
+    np.testing.assert_allclose(found[2], found[1], rtol=0, atol=1e-8)
