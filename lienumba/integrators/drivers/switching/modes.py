@@ -7,7 +7,7 @@ from lienumba.integrators import layout
 from lienumba.integrators.drivers.acting import fired, used
 from lienumba.integrators.drivers.switching import grips
 from lienumba.integrators.drivers.switching.complementarity import solve
-from lienumba.integrators.drivers.switching.problem import BOUNDED, FREE, HOLDS, PRESSES, SLIDES, SOLVED, size
+from lienumba.integrators.drivers.switching.problem import BOUNDED, FREE, HOLDS, PRESSES, ROUNDING, SLIDES, SOLVED, size
 from lienumba.integrators.drivers.switching.reactions import (
     AT_ONCE,
     GOES_ON,
@@ -155,6 +155,8 @@ def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, 
     for i in range(sizes.switched):
         if p.S[i, i] > 0.0:
             largest = max(largest, size(p.free[i]) / p.S[i, i])
+    for s in range(sizes.switches):
+        largest = max(largest, ROUNDING / SLIGHT * p.least[s])
     for _ in range(2 * sizes.switches + 1):  # what begins to slide has less friction: others may begin, too
         said = solve(p)
         if said == SOLVED and step > 0.0 and _may_rest(r, rows, first, sizes, lane, step):
