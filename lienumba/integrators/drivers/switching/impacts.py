@@ -34,7 +34,7 @@ FAINT = 1e-6  # of what comes back: a part that is none
 @apart
 def impulses(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> int:
     """Of what is hit or closed, to x; see `complementarity.solve`."""
-    p, on, firm = r.problem, first.state + layout.on_row(sizes), False
+    p, on, firm, back = r.problem, first.state + layout.on_row(sizes), False, False
     for s in range(sizes.switches):
         if p.switches[s, SWITCH_KIND] == BILATERAL and rows[on + s, lane] != OFF:
             p.law[s], firm = float(HOLDS), True
@@ -51,9 +51,9 @@ def impulses(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
             comes = p.free[row] < -still(rows, first, sizes, lane, s)
             free = not (firm and held(r, row))  # what holds from now on lets nothing come back
             if free and comes and rebound > 0.0 and rebound >= number(rows, first, sizes, lane, s, REST_SPEED):
-                r.wanted[row] = rebound
+                r.wanted[row], back = rebound, True
     said = _rebound(r, 1.0)
-    if said != SOLVED or _gained(r) > 0.0:
+    if back and (said != SOLVED or _gained(r) > 0.0):
         said = _lessen(r)
     if said == SOLVED:
         _come_to_rest(r, rows, first, sizes, lane)
