@@ -311,8 +311,8 @@ def test_how_runs_ended(four: Any, codes: list[int], said: str) -> None:
         ("satellite_settles", "It was recorded when the event halfway (pointing.angle < 15*deg) first occurred, and"),
         ("pawl", "The events caught (wheel.rate < 0) locked the joint axle and lets_go (drive > 0) unlocked the joint "
          "axle."),
-        ("door_closer", "The event latched (door.angle < 0.2*deg and abs(door.rate) < 0.3) locked the joint hinge (once "
-         "in a run)."),
+        ("door_closer", "The event latched (door.angle < 0.2*deg and abs(door.rate) < 0.3) locked the joint hinge "
+         "(once in a run)."),
         ("satellite_monte_carlo", "bodies.base_rod.mass, bodies.slider_rod.mass, bodies.slider.mass, "
          "bodies.base_rod.inertia[0] and bodies.slider_rod.inertia[0] (nominal 80 kg, 60 kg, 30 kg, 15.1125 kg m2 and "
          "11.3 kg m2; normal, mean the nominal value, standard deviation 0.01 times the nominal value); "),
