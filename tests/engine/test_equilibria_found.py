@@ -69,7 +69,9 @@ def driven(forces: list[dict[str, Any]], inputs: dict[str, Any], gravity: float 
     }
     hinge = {"name": "j", "type": "revolute", "bodies": ["ground", "w"], "at": [0, 0, 0], "axis": [0, 1, 0]}
     seen = [{"name": "turn", "type": "joint", "joint": "j"}]
-    seen += [{"name": "s", "type": "expression", "value": f"inputs.{name}"} for name in inputs]
+    seen += [
+        {"name": "s" if len(inputs) == 1 else name, "type": "expression", "value": f"inputs.{name}"} for name in inputs
+    ]
     model = {"gravity": [0, 0, -gravity], "bodies": [wheel], "joints": [hinge], "forces": forces}
     return {"model": model, "quantities": seen, "inputs": inputs, **SHORT}
 

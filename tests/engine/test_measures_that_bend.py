@@ -89,9 +89,9 @@ BENDS = {
     "where(p.x > 0 and 0 < t < 2, sign(t), 1)": ("p.x - 0", "0 - t", "t - 2", "t"),
     "abs(-2) * max(1, 2) * p.x": (),
     "abs(abs(p.x) - 1)": ("abs(p.x) - 1", "p.x"),
-    "floor(p.x)": None,
+    "floor(p.x)": tuple(f"{of}({0.5 * pi} * p.x)" for of in ("sin", "cos")),
+    "mod(t, 2) + abs(t)": (*(f"{of}({0.5 * pi} * (t / 2))" for of in ("sin", "cos")), "t"),
     "table(p.x)": None,
-    "mod(t, 2) + abs(t)": None,
 }
 
 
