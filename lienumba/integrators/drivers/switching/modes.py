@@ -161,8 +161,8 @@ def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, 
         said = solve(p)
         if said == SOLVED and step > 0.0 and _may_rest(r, rows, first, sizes, lane, step):
             said = solve(p)
-        if _goes_on(r, rows, first, sizes, lane, largest, said):
-            said = solve(p)
+            if _goes_on(r, rows, first, sizes, lane, largest, said):
+                said = solve(p)
         if said != SOLVED:
             return said
         if not _begin(r, rows, first, sizes, lane, largest) and not _settle(
@@ -199,10 +199,9 @@ def _slides_with(r: Reactions, switch: int, group: float) -> bool:
 def _is_slow(
     r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, step: float, group: float
 ) -> bool:  # fmt: skip
-    """Of what slides in a group, with friction in `step`, where any of it has turned, or has come to rest already; see
-    `mechanics.system.switched.whirls`."""
-    p, friction, power, stops, slow, turned, contacts = r.problem, 0.0, 0.0, 0.0, True, False, 0
-    within, before = WHIRLS * (1.0 + EDGE) * step, first.conditions + layout.conditions(sizes) + sizes.events
+    """Of what slides in a group, with friction in `step`; see `mechanics.system.switched.whirls`."""
+    p, friction, power, stops, slow, contacts = r.problem, 0.0, 0.0, 0.0, True, 0
+    within = WHIRLS * (1.0 + EDGE) * step
     for i in range(sizes.switched):
         p.step[i] = 0.0
     for s in range(sizes.switches):
@@ -217,28 +216,25 @@ def _is_slow(
             stops += p.step[i] * p.S[i, j] * p.step[j]
     for s in range(sizes.switches):
         row = p.switches[s, SWITCH_FIRST]
-        plane = r.grips.group[row] == group and p.switches[s, SWITCH_TANGENTS] == 2
-        contacts += 1 if plane else 0
-        if plane and rows[before + s, lane] == SLIDE:
-            turned = turned or p.law[s] == PRESSES or _fired(rows, first, sizes, lane, s, layout.SLIDES)
+        contacts += 1 if r.grips.group[row] == group and p.switches[s, SWITCH_TANGENTS] == 2 else 0
         if _slides_with(r, s, group):
             gives = max(p.S[row + 1, row + 1], p.S[row + 2, row + 2])
             slow = slow and along(r, s, r.rates) <= within * friction * gives
-            slow = slow and _bluntness(r, rows, first, sizes, lane, s) == 0.0
-    return contacts != 2 and turned and friction > 0.0 and slow and power <= within * stops
+    return contacts != 2 and friction > 0.0 and slow and power <= within * stops
 
 
 @apart
 def _goes_on(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, largest: float, said: int) -> bool:
     """What may be at rest slides on as it is where static friction cannot hold all of it; returns whether it does."""
-    slips, some = said != SOLVED, False
+    slips = said != SOLVED
     for s in range(sizes.switches):
         slips = slips or (r.begins[s] == STOPS and _slips(r, s, largest))
-    for s in range(sizes.switches if slips else 0):
+    for s in range(sizes.switches):
         if r.begins[s] == STOPS:
-            r.begins[s], some = GOES_ON, True
-            _slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / along(r, s, r.rates))
-    return some
+            r.begins[s] = GOES_ON if slips else RESTS
+            if slips:
+                _slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / along(r, s, r.rates))
+    return slips
 
 
 @apart

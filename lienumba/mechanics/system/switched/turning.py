@@ -163,7 +163,7 @@ def _slow(
     """Of contacts with friction where they may have come to rest; see `whirls`."""
     everything = kinematics.still(now, tuple(range(len(model.bodies))))
     contacts = [switch for switch in switches_of(model) if switch.what == CONTACT and switch.tangents > 1]
-    kept = {x.name: laws.heading(model, x, everything, now.modes[x.key].memory) for x in contacts}
+    kept = {x.name: laws.heading(model, x, everything, now.modes[x.key].memory)[0] for x in contacts}
     return whirls(model, now, contacts, kept, rates, reactions, S, step)
 
 

@@ -20,34 +20,32 @@ WHIRLS = 0.5  # of a step, in which a slip is stopped that explicit methods do n
 
 
 def whirls(
-    model: Model, now: Instant, contacts: Sequence[Switch], kept: Mapping[str, tuple[Vector, Any]],
-    rates: Sequence[Number], reactions: Sequence[Number], S: Sequence[Sequence[Number]], step: Number,
+    model: Model, now: Instant, contacts: Sequence[Switch], kept: Mapping[str, Vector], rates: Sequence[Number],
+    reactions: Sequence[Number], S: Sequence[Sequence[Number]], step: Number,
 ) -> dict[str, Any]:  # fmt: skip
     """Of contacts with friction, by their names, above 0 (m/s) where all that slides together may have come to rest:
     friction f takes the power f w from it, which it would bring down by f S f in a unit of time, and nothing is faster
-    than all friction could make it there. What slides straight on along the directions that were kept does not turn,
-    and what has just begun has none of its own as yet. kept: see `laws.heading`; rates, reactions, S: of all switched
-    rows."""
+    than all friction could make it there. What slides straight on along the directions that were kept does not turn.
+    rates, reactions, S: of all switched rows."""
     found: dict[str, Any] = {}
     for group in _together(model, contacts):
-        f, speeds, own, bent = dict[int, Any](), list[Any](), list[Any](), list[Any]()
+        f, speeds, bent = dict[int, Any](), list[Any](), list[Any]()
         friction, power, stops = (cast(Any, 0.0) for _ in range(3))
         for switch in group:
             tangents, slides = range(switch.first + 1, switch.first + switch.rows), now.modes[switch.key].on > STICK
-            w, ((along, across), least) = tuple(rates[i] for i in tangents), kept[switch.name]
+            w, (along, across) = tuple(rates[i] for i in tangents), kept[switch.name]
             most = model.contacts[switch.index].kinetic * where(slides, maximum(reactions[switch.first], 0.0), 0.0)
             f |= {i: most * n for i, n in zip(tangents, laws.direction(w, (0.0, 0.0)), strict=True)}
             speeds.append(where(slides, laws.length(w), 0.0))
-            own.append(where(slides, speeds[-1] - least, 1.0))
             bent.append(where(slides, absolute(w[0] * across - w[1] * along), 0.0) - UNBENT * speeds[-1])
             friction, power = friction + most, power + most * speeds[-1]
         for i, a in f.items():
             for j, b in f.items():
                 stops = stops + a * S[i][j] * b
         slow = (WHIRLS * step * stops - power) / where(friction > 0.0, friction, 1.0)
-        for switch, speed, more in zip(group, speeds, own, strict=True):
+        for switch, speed in zip(group, speeds, strict=True):
             gives = maximum(*(S[i][i] for i in range(switch.first + 1, switch.first + switch.rows)))
-            slow = minimum(slow, minimum(WHIRLS * step * (friction * gives) - speed, more))
+            slow = minimum(slow, WHIRLS * step * (friction * gives) - speed)
         turns = bent[0]
         for other in bent[1:]:
             turns = maximum(turns, other)
