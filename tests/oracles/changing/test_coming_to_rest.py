@@ -130,8 +130,8 @@ def test_a_body_at_rest_does_not_keep_another_sliding() -> None:
 
 
 def test_what_is_seen_to_stop_is_what_is_stopped() -> None:
-    """The condition in mechanics and the decision in drivers are of one bound."""
-    assert whirls.WHIRLS == modes.WHIRLS
+    """The condition in mechanics and the decision in drivers are of one bound, and of the same contacts."""
+    assert (whirls.WHIRLS, whirls.PAIR) == (modes.WHIRLS, modes.PAIR)
 
 
 @pytest.mark.parametrize("coordinates", ["lie", "joint"])

@@ -42,7 +42,7 @@ SLIGHT = 1e-9  # of the largest force: what slips or leaves by less does not
 SHARING = 1e3  # times that: what is left of a force that is none where contacts share
 EDGE = 1e-6  # of the most that friction can be
 HEADS, CREEPS = 0.01, 0.75  # of `still`: how fast it is made to begin, in the one case and in the other
-WHIRLS = 0.5  # of a step; see `mechanics.system.switched.whirls`
+WHIRLS, PAIR = 0.5, 2  # of a step; contacts; see `mechanics.system.switched.whirls`
 FOLLOWS = 0.01  # of the fastest slip: what slips slower rests
 
 
@@ -174,8 +174,8 @@ def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, 
 
 @apart
 def _may_rest(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, step: float) -> bool:
-    """What slides together so slowly that friction stops it in less than half a step may be at rest, once that has been
-    seen; returns whether anything may."""
+    """What slides together so slowly that friction stops it in less than half a step may be at rest; returns whether
+    anything may."""
     p, some = r.problem, False
     grips.part(p, r.grips)
     for row in range(sizes.switched):
@@ -220,7 +220,7 @@ def _is_slow(
         if _slides_with(r, s, group):
             gives = max(p.S[row + 1, row + 1], p.S[row + 2, row + 2])
             slow = slow and along(r, s, r.rates) <= within * friction * gives
-    return contacts != 2 and friction > 0.0 and slow and power <= within * stops
+    return contacts != PAIR and friction > 0.0 and slow and power <= within * stops
 
 
 @apart

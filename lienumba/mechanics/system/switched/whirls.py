@@ -15,7 +15,7 @@ from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import absolute, maximum, minimum, where
 
 UNBENT = 0.05  # of a speed: what it has across
-EDGE = 2  # contacts
+PAIR = 2  # contacts, of an edge or in a groove
 WHIRLS = 0.5  # of a step, in which a slip is stopped that explicit methods do not follow
 
 
@@ -62,5 +62,5 @@ def _together(model: Model, contacts: Sequence[Switch]) -> Iterator[list[Switch]
         parts = [*apart, whole.union(*(part for part in parts if part & whole))]
     for part in parts:
         group = [switch for switch in contacts if part & {*model.contacts[switch.index].bodies}]
-        if group and len(group) != EDGE:
+        if group and len(group) != PAIR:
             yield group
