@@ -26,6 +26,7 @@ CPUS = ("neoverse-v2", "apple-m1")  # the first has SVE; all else is made for a 
 SOME = ("arm_sampled", "bouncing_ball", "dzhanibekov", "five_bar_leg", "gripper", "heavy_top_study", "pawl",
         "satellite", "satellite_settles", "separation", "thruster", "ur5")  # fmt: skip
 MORE = {  # what no small scenario of the gallery has
+    "capture": ("docking", {"bodies.chaser.position": [-1.023, 0.003, 0.001]}),
     "chord": ("heavy_top", {"projection.chord": True}),
     "measures": ("heavy_top", {"measures": [{"name": "slow", "value": "mean(t)"}, {"name": "end", "value": "max(t)"}]}),
     "quadrature": ("satellite", {"measures": [{"name": "slow", "value": "mean(t)"}]}),
