@@ -94,7 +94,8 @@ LARGEST, SMALLEST, INTEGRATES, KEEPS_FIRST, KEEPS_LAST, COUNTS = range(6)
 POINTS = 5
 ELSEWHERE, CHANGES, EARLIER, RATES = range(3 * POINTS, 3 * POINTS + 4)
 PAST = 2  # steps whose lengths (s) are known, 0 where they say nothing of what follows
-OPENS, SLIDES, CONDITIONS = range(3)  # conditions of each switch; see `event_kernels`
+OPENS, SLIDES, CONDITIONS = range(3)  # conditions of each switch; see `switched.turning`
+PEAK, EXTENT, RATE, END_RATE, RISE, PEAKS = range(6)  # what is known of each event's condition; see `peak_row`
 
 
 @kernel
@@ -235,16 +236,17 @@ def conditions(sizes: Sizes) -> int:
 
 @kernel
 def peak_row(sizes: Sizes) -> int:
-    """Of each event the most that its condition has been while it is true, and behind these the largest size that it
-    has been at all; counted from the first condition."""
+    """Of each event the most that its condition has been while it is true; behind these the largest size that it has
+    been at all, its rates at the start and at the end of the open step (1/s, NaN where not known), and by how much it
+    changed in the step before; counted from the first condition."""
     return conditions(sizes) + max(2 * conditions(sizes), event_rows(sizes))
 
 
 @kernel
 def event_rows(sizes: Sizes) -> int:
     """What the kernel `events` writes: the conditions, the values that events read, with the kinetic and the potential
-    energy (J) behind them, and how fast switches move that should not."""
-    return pushing_row(sizes) + sizes.switches
+    energy (J) behind them, how fast switches move that should not, and the rates of the conditions of events."""
+    return rate_row(sizes) + sizes.events
 
 
 @kernel
@@ -252,6 +254,12 @@ def pushing_row(sizes: Sizes) -> int:
     """Where it is said of each switch how fast (m/s or rad/s) what touches moves along its friction, which should be
     against it, or what holds moves although it does; behind the energies."""
     return conditions(sizes) + (sizes.values + 2 if sizes.values > 0 else 0)
+
+
+@kernel
+def rate_row(sizes: Sizes) -> int:
+    """Where the rates of the conditions of events are (1/s), NaN where they are not known."""
+    return pushing_row(sizes) + sizes.switches
 
 
 @kernel
@@ -473,7 +481,7 @@ def workspace(sizes: Sizes) -> Workspace:
     lanes = clock + CLOCK
     u = lanes + LANES
     places = u + sizes.coordinates * sizes.elements + sizes.augmented + 1
-    table = places + peak_row(sizes) + 2 * sizes.events
+    table = places + peak_row(sizes) + PEAKS * sizes.events
     change = table + table_rows(sizes.exchangeable)
     measures = change + change_rows(sizes)
     parameters = measures + measure_rows(sizes)

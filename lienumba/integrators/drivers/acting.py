@@ -1,9 +1,9 @@
 """Which conditions of events count: what had been true has to be really false before it comes true again, and of what
 happens at one time each event sees what those before it have done. What only lets go is done here, too."""
 
-from lienumba.compiler.lanes import Mask, choose, load, splat, store
+from lienumba.compiler.lanes import Address, Mask, choose, load, splat, store
 from lienumba.compiler.routines.marks import Integers2, apart, inlined
-from lienumba.compiler.rows import ROW
+from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
 from lienumba.integrators.drivers.workspace import Rows
@@ -34,7 +34,7 @@ AT_ONCE = 2.0**-46  # of a time, or of a step: what happens within this happens 
 
 
 @apart
-def hold(sizes: Sizes, at: Workspace, values: int) -> None:
+def hold(sizes: Sizes, at: Workspace, values: Address) -> None:
     """What conditions of events at the address `values` are where rounding is no change: true where they were true and
     have not fallen by more than the `BAND` since then. A motor that is switched off when it turns, and falls to 0, has;
     what is locked on its limit has not, and where it lies beside it is rounding, as is the speed of what rests."""
@@ -48,8 +48,8 @@ def hold(sizes: Sizes, at: Workspace, values: int) -> None:
 
 
 @apart
-def follow(sizes: Sizes, at: Workspace, values: int, lanes: Mask) -> None:
-    """In these lanes conditions of events go on from what is at the address `values`."""
+def follow(sizes: Sizes, at: Workspace, values: Address, rates: Address, lanes: Mask) -> None:
+    """In these lanes conditions of events go on from what is at the address `values`, by these rates."""
     peaks = at.conditions + ROW * layout.peak_row(sizes)
     for n in range(sizes.events):
         now, was = load(values, n), load(at.conditions, n)
@@ -57,16 +57,20 @@ def follow(sizes: Sizes, at: Workspace, values: int, lanes: Mask) -> None:
         store(peaks, n, choose(lanes, choose(was > 0.0, maximum(peak, now), now), peak))
         store(peaks, sizes.events + n, choose(lanes, maximum(largest, absolute(now)), largest))
         store(at.conditions, n, choose(lanes, now, was))
+        rate = layout.RATE * sizes.events + n
+        store(peaks, rate, choose(lanes, load(rates, n), load(peaks, rate)))
 
 
 @inlined
 def follow_one(sizes: Sizes, first: Workspace, rows: Rows, lane: int, event: int, now: float) -> None:
-    """The same of one event of one lane."""
+    """The same of one event of one lane, whose rate is behind what has followed."""
     peak = first.conditions + layout.peak_row(sizes) + event
     was = rows[first.conditions + event, lane]
     rows[peak, lane] = max(rows[peak, lane], now) if was > 0.0 else now
     rows[peak + sizes.events, lane] = max(rows[peak + sizes.events, lane], max(now, -now))
     rows[first.conditions + event, lane] = now
+    rows[peak + layout.RATE * sizes.events, lane] = rows[first.following + layout.rate_row(sizes) + event, lane]
+    rows[peak + layout.RISE * sizes.events, lane] = 0.0
 
 
 @inlined
@@ -149,6 +153,17 @@ def may_act(
             there = there or (rows[times + other, lane] < NEVER and turns(plan, other, needs) > 0.0)
         useful = useful and there
     return useful
+
+
+@apart
+def if_it_acts(
+    sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, event: int
+) -> None:
+    """An event comes true only in lanes in which it may act."""
+    time = first.conditions + 2 * layout.conditions(sizes) + event
+    for lane in range(W):
+        if rows[time, lane] < NEVER and not may_act(sizes, first, rows, runs, queue, plan, lane, event):
+            rows[time, lane] = NEVER
 
 
 @apart

@@ -100,7 +100,7 @@ def change(
         call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
         hold(sizes, at, at.following)
         if n == 0:  # what held directly before the change, for what becomes true by it
-            follow(sizes, at, at.following, pending)
+            follow(sizes, at, at.following, at.following + ROW * layout.rate_row(sizes), pending)
         jumps = False
         for lane in range(W):
             rows[first.lanes + FREES, lane], rows[first.lanes + PICKED, lane] = 0.0, 0.0

@@ -7,8 +7,9 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import certificates, stages
-from lienumba.integrators.drivers.acting import PAST, follow, gather, hold, may_act, pass_over, sift
-from lienumba.integrators.drivers.event_search import EDGE, LATER, SOUGHT, TOUCH, look_within, search, search_between
+from lienumba.integrators.drivers.acting import PAST, follow, gather, hold, if_it_acts, pass_over, sift
+from lienumba.integrators.drivers.event_search import EDGE, LATER, SOUGHT, TOUCH, search
+from lienumba.integrators.drivers.event_turns import go_on, keep_rates, seek_turns
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
 from lienumba.integrators.drivers.switching.reactions import STILL
 from lienumba.integrators.drivers.workspace import Rows
@@ -31,13 +32,11 @@ from lienumba.integrators.layout import (
     STICK,
     SWITCH_FIRST,
     SWITCH_KIND,
-    UNILATERAL,
     UNTIL,
     T,
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
-from lienumba.integrators.truth import BAND
 from lienumba.numerics.operations import absolute, minimum
 
 SLIGHT = 1e-12  # of the largest normal force, of the largest speed so far, of a length: what is less is 0
@@ -77,10 +76,10 @@ def _look_at_start(kernels: np.ndarray, sizes: Sizes, at: Workspace, fresh: Mask
     count = layout.conditions(sizes)
     store(at.clock, layout.TIME, splat(0.0))
     call(kernels[layout.EVENTS], at.state, at.parameters, at.clock, 0, at.following, at.work)
-    for n in range(2 * sizes.events):
+    for n in range(layout.PEAKS * sizes.events):
         row = layout.peak_row(sizes) + n
         store(at.conditions, row, choose(fresh, 0.0, load(at.conditions, row)))
-    follow(sizes, at, at.following, fresh)
+    follow(sizes, at, at.following, at.following + ROW * layout.rate_row(sizes), fresh)
     stages.commit(fresh, at.conditions, at.following, count)
     for n in range(2 * count, 3 * count):
         store(at.conditions, n, choose(fresh, splat(NEVER), load(at.conditions, n)))
@@ -119,15 +118,6 @@ def start_events(
             rows[first.lanes + STATUS, lane] = codes.STOPPED if stop < NEVER else 0.0
             rows[first.lanes + CHANGED, lane] = 1.0 if stop == NEVER and change < NEVER else 0.0
     store(at.lanes, FRESH, choose(load(at.lanes, FRESH) != 0.0, splat(1.0), 0.0))
-
-
-@apart
-def _acts(sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, event: int) -> None:
-    """An event comes true only in lanes in which it may act."""
-    time = first.conditions + 2 * layout.conditions(sizes) + event
-    for lane in range(W):
-        if rows[time, lane] < NEVER and not may_act(sizes, first, rows, runs, queue, plan, lane, event):
-            rows[time, lane] = NEVER
 
 
 @inlined
@@ -179,6 +169,7 @@ def _see(
     until, noise = load(at.lanes, UNTIL), splat(0.0)
     store(at.clock, layout.TIME, until)
     call(kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, new, at.work)
+    keep_rates(sizes, at, new)
     fails = certificates.judge(sizes, at, plan)  # before times of conditions take the place of these rows
     hold(sizes, at, new)
     jumps = good & (until == load(at.lanes, JUMP)) & (until < end)
@@ -213,48 +204,8 @@ def _see(
                     keep_state(first, rows, runs, queue, lane, n, first.new)
     for n in range(sizes.events):
         if plan.acts[n, ACTION] != RECORDS and any_lane(load(times, n) < NEVER):
-            _acts(sizes, first, rows, runs, queue, plan, n)
+            if_it_acts(sizes, first, rows, runs, queue, plan, n)
     return fails
-
-
-@apart
-def _seek_anew(
-    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
-    queue: Queue, plan: Plan, good: Mask, t: Lanes, length: Lanes,
-) -> None:  # fmt: skip
-    """Where something hits a stop or a contact within the open step, or this was cut for what changes at its end, it
-    may come from there: conditions that are true at both ends, and false halfway, become true anew."""
-    count, until = layout.conditions(sizes), load(at.lanes, UNTIL)
-    hit, some = choose(good & (until == load(at.lanes, CUT)), until, splat(NEVER)), False
-    peaks, times = at.conditions + ROW * layout.peak_row(sizes), at.conditions + ROW * 2 * count
-    for n in range(sizes.events, count):
-        if plan.switches[(n - sizes.events) // layout.CONDITIONS, SWITCH_KIND] == UNILATERAL:
-            hit, some = choose(good, minimum(load(times, n), hit), hit), True
-    if not some or not any_lane(hit < NEVER):
-        return
-    part, extended, seen = choose(hit < NEVER, 0.5 * (hit - t) / length, 0.5), False, False
-    for n in range(sizes.events):
-        after = load(at.conditions, count + n)
-        lasts = (hit < NEVER) & (load(at.conditions, n) > 0.0) & (after > 0.0) & (load(times, n) == NEVER)
-        if not any_lane(lasts):
-            continue
-        if not extended:
-            stages.extend(kernels, sizes, nodes, at, t, length, until)
-            extended = True
-        if not seen:
-            look_within(kernels, layout.EVENTS, at, t, length, part)
-            seen = True
-        before = load(at.following, n)
-        anew = lasts & (before < -BAND * load(peaks, sizes.events + n))
-        if any_lane(anew):
-            store(times, n, choose(anew, splat(SOUGHT), load(times, n)))
-            if plan.acts[n, ACTION] != RECORDS:
-                _acts(sizes, first, rows, runs, queue, plan, n)
-            search_between(
-                kernels, sizes, at, first, rows, runs, queue, n, t, length, part, splat(1.0), before, after,
-                load(times, n) == SOUGHT,
-            )  # fmt: skip
-            seen = False
 
 
 @apart
@@ -275,8 +226,7 @@ def find_events(
     store(at.clock, layout.TIME, t)
     if any_lane(sought != 0.0):
         search(kernels, sizes, nodes, at, first, rows, runs, queue, plan, sought != 0.0, t, length)
-    if sizes.switches > 0:
-        _seek_anew(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good, t, length)
+    seek_turns(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good, t, length)
     for n in range(count):
         happened = choose(load(times, n) < NEVER, splat(1.0), happened)
     store(at.clock, layout.TIME, t)
@@ -313,7 +263,7 @@ def find_events(
     going, new = good & (left >= 0.0), at.conditions + ROW * count
     going = going & (load(at.lanes, CHANGED) == 0.0)
     store(at.lanes, STATUS, choose(going & (fails != 0.0), fails, load(at.lanes, STATUS)))
-    follow(sizes, at, new, going)
+    go_on(sizes, at, new, going)
     stages.commit(going, at.conditions, new, count)
     return left
 

@@ -7,13 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
+from lienumba.integrators.reach import EVEN, by_changes, by_rates
 from lienumba.integrators.truth import BESIDE, settled
 from lienumba.mechanics.mechanism.model import COUNT, FIRST, INTEGRAL, LARGEST, LAST, SMALLEST
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, maximum, minimum, where
 
-FARTHEST = 4.0  # times what a signal changes by in two steps: inside of them it goes no farther
-EVEN = 2.0  # times another rate, or less: about as large
 ALIKE = 1.2  # times another step, or less: about as long
 STEADY = 5.0 / 3.0  # times another mean rate, or less: about as large
 
@@ -71,11 +70,10 @@ class Ends:
 
     @property
     def reach(self) -> Number:
-        """By how much it may leave what it is at the ends: the cubic through them does so by 4/27 of its rates."""
+        """By how much it may leave what it is at the ends."""
         if self.rates is None:
-            return FARTHEST * (absolute(self.change) + absolute(self.past.changes[0]))
-        low, high = self._rate_ends
-        return maximum(high, -low) + (high - low) + (self.most - self.least)
+            return by_changes(self.change, self.past.changes[0])
+        return by_rates(*self._rate_ends, self.change)
 
     def if_it_crosses(self, yes: Number, no: Number) -> Any:
         """One of two numbers: whether it may be on both sides of 0, for stages that are next to the ends, too."""

@@ -101,8 +101,11 @@ def watch(tracer: Tracer) -> Kernel:
     moved, after = _within(tracer, graph, model)
     t, h, fraction = (graph.input("clock", row) for row in (layout.TIME, layout.LENGTH, layout.FRACTION))
     now = tracer.posture(model, moved, tuple(after), t + fraction * h).now
-    never = [0.0] * (layout.CONDITIONS * len(tracer.augmented.switches))
-    return tracer.kernel("watch", [*quantities.conditions(model, now, None), *never])
+    outputs = [*quantities.conditions(model, now, None), *quantities.condition_rates(model, now, None)]
+    never, first = layout.conditions(tracer.sizes), layout.rate_row(tracer.sizes)
+    outputs[len(model.events) : len(model.events)] = [0.0] * (never - len(model.events))
+    rows = [*range(never), *range(first, first + len(model.events))]
+    return tracer.kernel("watch", outputs, rows)
 
 
 def _within(tracer: Tracer, graph: Graph, model: Model) -> tuple[list[State], list[Number]]:

@@ -57,15 +57,17 @@ def events(tracer: Tracer) -> Kernel:
     asked = [x for event in model.events for x in (event.when, *event.numbers)]
     observed = observing.observed(tracer, graph, model, posture, mask)[0] if reads_observed(model, asked) else None
     outputs = quantities.conditions(model, posture.now, observed)
+    accelerations = None if observed is None else observed.accelerations
     if not unforced(tracer.augmented.switches):
         expected = observing.expected(tracer, graph)
         multipliers = tracer.moving(model, posture, mask, expected)[1].multipliers
         turns = any(switch.tangents > 1 for switch in tracer.augmented.switches)
-        accelerations = tracer.observed(model, posture, mask, expected)[0] if turns else []
+        if turns:
+            accelerations = tracer.observed(model, posture, mask, expected)[0]
         explicit = not (tracer.method.adaptive or tracer.tableau.implicit)
         step = graph.input("clock", layout.LENGTH) if explicit else 0.0
         S = tracer.border(model, posture, mask, expected)[0] if turns and explicit else []
-        outputs += turning.conditions(model, posture.now, multipliers, accelerations, used, S, step)
+        outputs += turning.conditions(model, posture.now, multipliers, accelerations or [], used, S, step)
         pushing = turning.pushing(model, posture.now, multipliers)
     else:
         outputs += [0.0] * (layout.CONDITIONS * len(tracer.augmented.switches))
@@ -76,7 +78,8 @@ def events(tracer: Tracer) -> Kernel:
     if values:
         outputs += dynamics.energies(model, posture.now)
     parting = turning.parting(model, posture.now, used)
-    return tracer.kernel("events", outputs + [x + y for x, y in zip(pushing, parting, strict=True)])
+    outputs += [x + y for x, y in zip(pushing, parting, strict=True)]
+    return tracer.kernel("events", outputs + quantities.condition_rates(model, posture.now, accelerations))
 
 
 def foreseen(tracer: Tracer, model: Model) -> bool:

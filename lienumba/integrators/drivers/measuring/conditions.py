@@ -12,9 +12,9 @@ from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.event_search import finest_part
 from lienumba.integrators.drivers.lane_queue import Plan
+from lienumba.integrators.drivers.lobatto import fraction_of
 from lienumba.integrators.drivers.measuring.keeping import keep_over
 from lienumba.integrators.drivers.measuring.points import (
-    fraction_of,
     look,
     look_along,
     may_turn,

@@ -4,17 +4,8 @@ import numpy as np
 
 from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, choose, load, splat, store
 from lienumba.compiler.routines.marks import apart, inlined
-from lienumba.integrators.drivers.measuring.points import (
-    BEYOND,
-    SQUARE,
-    fraction_of,
-    look,
-    rise,
-    risen,
-    signals,
-    through,
-    time_of,
-)
+from lienumba.integrators.drivers.lobatto import SQUARE, fraction_of, rise, risen, through
+from lienumba.integrators.drivers.measuring.points import BEYOND, look, signals, time_of
 from lienumba.integrators.layout import ELSEWHERE, KEPT_TIME, KEPT_UNDEFINED, KEPT_VALUE, POINTS, Workspace
 from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import maximum, minimum

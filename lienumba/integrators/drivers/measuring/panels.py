@@ -11,9 +11,10 @@ from lienumba.compiler.routines.marks import apart
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.lane_queue import NEVER, Plan
+from lienumba.integrators.drivers.lobatto import point, risen, through
 from lienumba.integrators.drivers.measuring.extremes import UNLIKE
 from lienumba.integrators.drivers.measuring.pieces import bend, keep_pieces
-from lienumba.integrators.drivers.measuring.points import look, look_along, point, risen, signals, through, value_of
+from lienumba.integrators.drivers.measuring.points import look, look_along, signals, value_of
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     ELSEWHERE,

@@ -10,9 +10,9 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.event_search import finest_part
 from lienumba.integrators.drivers.lane_queue import Plan
+from lienumba.integrators.drivers.lobatto import fraction_of
 from lienumba.integrators.drivers.measuring.conditions import keep_within
 from lienumba.integrators.drivers.measuring.points import (
-    fraction_of,
     look,
     look_along,
     may_turn,

@@ -9,38 +9,15 @@ from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.dense_output import between
 from lienumba.integrators.drivers.event_search import locate
+from lienumba.integrators.drivers.lobatto import fraction_of, point, risen, through
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import POINTS, SEEKS, UNTIL, Workspace
 from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import maximum, minimum
 
-FIRST_POINT = 0.17267316464601142845  # (1 - sqrt(3/7))/2
 BEYOND = 0.32  # of what five values differ by, their interpolant goes beyond the largest one at most
 GAP = 8  # places between two points in which an interpolant is looked at
 LEANING = 2.0**-20  # of a step: so near to its ends it is looked at as they are seen from it
-SQUARE = 3.0 / 7.0  # of where the inner points are, between -1 and 1
-
-
-@inlined
-def point(k: int) -> float:
-    """Lobatto's points on a step of length 1."""
-    if k == 0:
-        return 0.0
-    if k == 1:
-        return FIRST_POINT
-    if k == 2:
-        return 0.5
-    return 1.0 - FIRST_POINT if k == 3 else 1.0
-
-
-@inlined
-def fraction_of(k: int, low: Lanes, high: Lanes) -> Lanes:
-    """The same between two fractions of the step, whose ends are these to the bit."""
-    if k == 0:
-        return low
-    if k == 4:
-        return high
-    return low + point(k) * (high - low)
 
 
 @inlined
@@ -90,27 +67,6 @@ def look_along(
 @inlined
 def value_of(sizes: Sizes, at: Workspace, part: int, signal: int, k: int) -> Lanes:
     return load(signals(sizes, at, part, k), signal)
-
-
-@inlined
-def through(a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes) -> tuple[Lanes, Lanes, Lanes, Lanes]:
-    """The polynomial through five values: the coefficients of s, s^2, s^3, s^4 beside c, for s from -1 to 1."""
-    sums, inner_sums = 0.5 * (e + a) - c, (0.5 * (d + b) - c) / SQUARE
-    leaps, inner_leaps = 0.5 * (e - a), 0.5 * (d - b) / (1.0 - 2.0 * FIRST_POINT)
-    cubic, quartic = (leaps - inner_leaps) / (1.0 - SQUARE), (sums - inner_sums) / (1.0 - SQUARE)
-    return leaps - cubic, sums - quartic, cubic, quartic
-
-
-@inlined
-def risen(s: Lanes, o: Lanes, p: Lanes, q: Lanes, r: Lanes) -> Lanes:
-    """What it has risen by from the middle on."""
-    return s * (o + s * (p + s * (q + s * r)))
-
-
-@inlined
-def rise(s: Lanes, o: Lanes, p: Lanes, q: Lanes, r: Lanes) -> Lanes:
-    """Its derivative by s."""
-    return o + s * (2.0 * p + s * (3.0 * q + s * 4.0 * r))
 
 
 @inlined

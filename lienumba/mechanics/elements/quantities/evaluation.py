@@ -1,7 +1,8 @@
 """Quantities of a model at a state, and formulas that read them or the states of laws."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from math import nan
 from typing import Any
 
 from lienumba.mechanics.elements import joints
@@ -28,6 +29,7 @@ from lienumba.mechanics.mechanism.model import (
 )
 from lienumba.numerics.evaluation import WITHIN
 from lienumba.numerics.expressions import Formula
+from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number, Vector
 
 
@@ -94,6 +96,13 @@ def conditions(model: Model, now: Instant, observed: Observed | None) -> list[Nu
     """A number for each event, above 0 where its condition holds."""
     everything = kinematics.still(now, tuple(range(len(model.bodies))))
     return [evaluate(model, event.when, everything, observed) for event in model.events]
+
+
+def condition_rates(model: Model, now: Instant, accelerations: Sequence[Number] | None) -> list[Number]:
+    """How fast these numbers change (1/s), NaN where neither velocities nor the accelerations that are known say so."""
+    moving = kinematics.moving(kinematics.still(now, tuple(range(len(model.bodies)))), accelerations)
+    told = moves if accelerations is None else has_rate
+    return [lift(evaluate(model, x.when, moving)).b if told(model, x.when) else nan for x in model.events]
 
 
 def bodies_of(model: Model, *numbers: Timed) -> tuple[int, ...]:

@@ -1,0 +1,158 @@
+"""Conditions that come and go within one step: all are found, by every method, and what they do is done."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import lienumba
+from lienumba.batch import statuses
+
+BODY: dict[str, Any] = {"name": "b", "mass": 2.0, "inertia": [0.3, 0.6, 0.4], "rotation": [1, 0, 0, 0]}
+SLIDE = {"name": "rail", "type": "prismatic", "bodies": ["ground", "b"], "at": [0, 0, 0], "axis": [1, 0, 0]}
+LONG: list[dict[str, Any]] = [  # steps about as long as all that happens
+    {"step": 0.5},
+    {"step": 0.5, "method": "radau5"},
+    {"step": 0.5, "method": "dop853", "coordinates": "joint"},
+    *({"tolerance": 1e-8, "method": method} for method in ("dop853", "dp54", "radau5", "taylor")),
+]
+
+
+def simulated(
+    model: dict[str, Any], events: list[dict[str, Any]], integrator: dict[str, Any], **more: Any
+) -> xr.Dataset:
+    scenario = {"model": {"gravity": [0, 0, 0]} | model, "events": events, "integrator": integrator}
+    ds = lienumba.run(scenario | {"output": {"every": integrator["end_time"]}} | more, progress=False)
+    assert not ds["status"].values.any() or (ds["status"].values == statuses.STOPPED).all()
+    return ds
+
+
+@pytest.mark.parametrize("integrator", LONG, ids=str)
+def test_what_flies_past(integrator: dict[str, Any]) -> None:
+    """A gap that is small for a hundredth of a step; a door that is open as long; and what is far but for a moment."""
+    ds = simulated(
+        {"bodies": [BODY | {"position": [-5, "y", 0], "velocity": ["v", 0, 0]}]},
+        [
+            {"name": "near", "when": "gap < 0.02"},
+            {"name": "through", "when": "p.x > -0.3 and p.x < -0.28"},
+            {"name": "gone", "when": "gap > 0.02"},
+            {"name": "either", "when": "gap < 0.02 or p.x > 20"},
+        ],
+        integrator | {"end_time": 10.0},
+        quantities=[
+            {"name": "p", "type": "point", "body": "b"},
+            {"name": "gap", "type": "expression", "value": "sqrt(p.x**2 + p.y**2 + p.z**2)", "units": "m"},
+        ],
+        parameters={"v": 1.0, "y": 0.0},
+        sweep={
+            "runs": 60,
+            "vary": {
+                "parameters.v": {"distribution": "uniform", "low": 0.6, "high": 2},
+                "parameters.y": {"distribution": "uniform", "low": -0.04, "high": 0.04},
+            },
+        },
+    )
+    v, y = ds["parameters.v"].values, ds["parameters.y"].values
+    half = np.sqrt(np.where(np.abs(y) < 0.02, 0.02**2 - y**2, np.nan))
+    times = ds["event_time"].transpose("event", "run").values
+    assert 10 < np.isfinite(half).sum() < 50
+    np.testing.assert_allclose(times[0], (5 - half) / v, rtol=1e-12)
+    np.testing.assert_allclose(times[1], 4.7 / v, rtol=1e-12)
+    np.testing.assert_allclose(times[3], (5 - half) / v, rtol=1e-12)
+    np.testing.assert_array_equal(ds["event_count"].sel(event="gone"), np.where(np.isfinite(half), 2, 1))
+
+
+SPRING = {
+    "type": "spring_damper", "bodies": ["ground", "b"], "points": [[-9, 0, 0], [0, 0, 0]], "stiffness": 8, "damping": 0,
+    "free_length": 9,
+}  # fmt: skip
+OSCILLATOR = {
+    "bodies": [BODY | {"position": [0, 0, 0], "velocity": [1, 0, 0]}, BODY | {"name": "rider", "position": [0, 0, 0]}],
+    "joints": [SLIDE, {"name": "pin", "type": "fixed", "bodies": ["b", "rider"], "at": [0, 0, 0]}],
+    "forces": [SPRING],
+}
+
+
+@pytest.mark.parametrize(
+    "integrator",
+    [
+        {"method": "dop853", "tolerance": 1e-7},
+        {"method": "dop853", "tolerance": 1e-7, "coordinates": "joint"},
+        {"method": "taylor", "tolerance": 1e-9},
+        {"method": "radau9", "step": 0.5},
+    ],
+    ids=str,
+)
+def test_what_a_vibration_only_just_reaches(integrator: dict[str, Any]) -> None:
+    """x = sin(w t)/w, w^2 = 2, from five to fourteen steps a period: a level up to 1e-4 below the crest is reached each
+    time, by positions, which tell their rates, as by speeds and by loads, which do not."""
+    ds = simulated(
+        OSCILLATOR,
+        [
+            {"name": "high", "when": "p.x > k/sqrt(2)"},
+            {"name": "not_low", "when": "p.x > -k/sqrt(2)"},
+            {"name": "fast", "when": "v.x < -k"},
+            {"name": "loaded", "when": "load.force.x > 2*sqrt(2)*k"},
+        ],
+        integrator | {"end_time": 20.0},
+        quantities=[
+            {"name": "p", "type": "point", "body": "b"},
+            {"name": "v", "type": "point", "body": "b", "derivative": 1},
+            {"name": "load", "type": "reaction", "joint": "pin"},
+        ],
+        parameters={"k": 0.9},
+        sweep={"runs": 60, "vary": {"parameters.k": {"distribution": "uniform", "low": 0.95, "high": 0.9999}}},
+    )
+    k, w = ds["parameters.k"].values, np.sqrt(2)
+    until = np.arccos(k)  # half of the angle for which it lasts
+    crests = {"high": np.pi / 2, "fast": np.pi, "loaded": 3 * np.pi / 2}
+    for name, angle in crests.items():
+        first = (angle - until) / w
+        np.testing.assert_allclose(ds["event_time"].sel(event=name), first, atol=2e-4, err_msg=name)
+        every = [np.arange(angle, 20 * w + 9, 2 * np.pi) - x < 20 * w for x in until]
+        np.testing.assert_array_equal(ds["event_count"].sel(event=name), [x.sum() for x in every], err_msg=name)
+    again = [np.arange(3 * np.pi / 2, 20 * w, 2 * np.pi) + x < 20 * w for x in until]
+    np.testing.assert_array_equal(ds["event_count"].sel(event="not_low"), [1 + x.sum() for x in again])
+
+
+@pytest.mark.parametrize("integrator", LONG, ids=str)
+@pytest.mark.parametrize("action", ["lock", "stop", "set"])
+def test_what_it_does_is_done(integrator: dict[str, Any], action: str) -> None:
+    does: dict[str, Any] = {"lock": {"joint": "rail"}, "stop": {}, "set": {"parameters": {"push": 1}}}[action]
+    ds = simulated(
+        {
+            "bodies": [BODY | {"position": [-5, 0, 0]}],
+            "joints": [SLIDE | {"speed": "v"}],
+            "forces": [{"type": "actuator", "joint": "rail", "value": "2*push"}],
+        },
+        [{"name": "passes", "when": "p.x > 0 and p.x < 1e-3", "action": action, **does}],
+        integrator | {"end_time": 10.0},
+        quantities=[{"name": "p", "type": "point", "body": "b"}],
+        parameters={"v": 1.0, "push": 0.0},
+        sweep={"runs": 20, "vary": {"parameters.v": {"distribution": "uniform", "low": 0.6, "high": 2}}},
+    )
+    v = ds["parameters.v"].values
+    behind = 10 - 5 / v
+    np.testing.assert_allclose(ds["event_time"][:, 0], 5 / v, rtol=1e-12)
+    assert (ds["event_count"] == 1).all()
+    if action == "stop":
+        np.testing.assert_allclose(ds["end_time"], 5 / v, rtol=1e-12)
+    else:
+        there = ds["position"][:, -1].squeeze().values[:, 0]
+        expected = {"lock": np.zeros_like(v), "set": v * behind + 0.5 * behind**2}[action]
+        np.testing.assert_allclose(there, expected, rtol=1e-9, atol=1e-9)
+
+
+def test_what_rests_is_no_event() -> None:
+    """Beside 0 by rounding in every step."""
+    ds = simulated(
+        {"bodies": [BODY | {"position": [1, 0, 0], "angular_velocity": [0.3, 2, 0.1]}]},
+        [{"name": "moves", "when": "p.x > 1 or v.x < 0"}, {"name": "leaves", "when": "abs(p.y) > 0"}],
+        {"method": "dop853", "tolerance": 1e-9, "end_time": 10.0},
+        quantities=[
+            {"name": "p", "type": "point", "body": "b"},
+            {"name": "v", "type": "point", "body": "b", "derivative": 1},
+        ],
+    )
+    assert (ds["event_count"] == 0).all()
