@@ -39,7 +39,7 @@ CERTAIN = 1e-12  # squared: a change so small needs no second one
 ROUNDING = 1e2  # squared: changes below this, that no longer shrink, are rounding
 GROWING = 4.0  # squared: of a change to the next, beyond which it is given up
 SLOW = 0.12  # squared: where changes shrink less, the next iteration is by a matrix of its own
-PARTS = 2.0**-20  # of a step of given length: no part is shorter
+PARTS, GROWS = 2.0**-20, 2.0  # of a step of given length: no part is shorter; of a part: no next one is longer
 THROUGH, NEAR = 0.4, 0.45  # of a step: where it passes a singular position
 BEFORE, BEHIND, SLACK = 0.2, 0.3, 0.05  # of a step of given length: so far from a singular position its parts end
 
@@ -137,6 +137,24 @@ def shorten(lanes: Address, busy: Mask, length: Lanes, step: float) -> Mask:
 
 
 @inlined
+def grow(sizes: Sizes, at: Workspace) -> None:
+    """A step of given length that is made in parts goes on by parts that grow: from a short one nothing is to be
+    foreseen of a long one, and what is found from there may be no motion, though the stages hold it for one."""
+    last = load(at.slopes + ROW * layout.iterate_row(sizes), sizes.iterate + layout.SPAN)
+    last = choose(load(at.lanes, STALE) != 0.0, 0.0, last)
+    _end_at(at, (last > 0.0) & (load(at.clock, layout.LENGTH) > GROWS * last), load(at.lanes, T) + GROWS * last)
+
+
+@inlined
+def _end_at(at: Workspace, lanes: Mask, until: Lanes) -> None:
+    """The step that is proposed ends there in these lanes."""
+    t = load(at.lanes, T)
+    store(at.lanes, UNTIL, choose(lanes, until, load(at.lanes, UNTIL)))
+    store(at.clock, layout.LENGTH, choose(lanes, until - t, load(at.clock, layout.LENGTH)))
+    store(at.clock, layout.MIDDLE, choose(lanes, 0.5 * (t + until), load(at.clock, layout.MIDDLE)))
+
+
+@inlined
 def straddle(sizes: Sizes, at: Workspace, step: float, end: float) -> None:
     """Steps pass singular positions of loops in their midst, where collocation does not feel them: next to their ends
     it is noise that says on which branch a loop is. The root of the margin, which falls evenly, foretells when.
@@ -161,7 +179,4 @@ def straddle(sizes: Sizes, at: Workspace, step: float, end: float) -> None:
         cut = before < length
     last = choose(load(lanes, JUMP) < load(lanes, CUT), load(lanes, JUMP), load(lanes, CUT))
     last = choose(last < splat(end), last, splat(end))
-    until = choose(cut, choose(t + before < last, t + before, last), load(lanes, UNTIL))
-    store(lanes, UNTIL, until)
-    store(clock, layout.LENGTH, choose(cut, until - t, length))
-    store(clock, layout.MIDDLE, choose(cut, 0.5 * (t + until), load(clock, layout.MIDDLE)))
+    _end_at(at, cut, choose(t + before < last, t + before, last))

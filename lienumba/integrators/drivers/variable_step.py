@@ -17,7 +17,7 @@ from lienumba.integrators.drivers.changes import change
 from lienumba.integrators.drivers.dense_output import keep_between, keep_ends, observe, pending
 from lienumba.integrators.drivers.event_search import read_off
 from lienumba.integrators.drivers.events import find_events, leave, start_events, start_switches
-from lienumba.integrators.drivers.implicit import forget, shorten, solve_stages, straddle
+from lienumba.integrators.drivers.implicit import forget, grow, shorten, solve_stages, straddle
 from lienumba.integrators.drivers.lane_queue import (
     END,
     LAST,
@@ -281,6 +281,8 @@ def drive(
         if kernels[layout.EXPAND] != 0:
             _expand(kernels, at, pace)
         propose(lanes, at.clock, pace[END], pace[STEP], kernels[layout.EXPAND] != 0)
+        if kernels[layout.NEWTON] != 0 and pace[STEP] > 0.0:
+            grow(sizes, at)
         if kernels[layout.NEWTON] != 0 and sizes.weakens != 0:
             straddle(sizes, at, pace[STEP], pace[END])
         t, length, until = load(lanes, T), load(at.clock, layout.LENGTH), load(lanes, UNTIL)

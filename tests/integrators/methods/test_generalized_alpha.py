@@ -103,7 +103,7 @@ def test_it_is_two_however_stiff_it_is_also_where_joints_are_rows(stiffness: flo
     system = bars(stiffness, damping)
     exact = lienumba.run(system, overrides={"output.every": END, "integrator.step": END / 400})
     ways = WAY | {"integrator.coordinates": "lie"}
-    np.testing.assert_allclose(orders(system, exact, ways, (64, 128, 256), EVERYTHING), 2, atol=0.2)
+    np.testing.assert_allclose(orders(system, exact, ways, (96, 192, 384), EVERYTHING), 2, atol=0.2)
 
 
 def test_and_of_loops_with_redundant_rows() -> None:
