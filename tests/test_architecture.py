@@ -60,7 +60,9 @@ INSIDE = {  # the floors of rooms, lowest first
         {"memory", "simulate", "stopping"}, {"cluster", "disk", "linear", "replay", "study"},
         {"runner", "prepared"}, {"rare"},
     ],
-    "integrators": [{"codes", "reach", "sizes", "truth"}, {"layout"}, {"methods"}, {"drivers"}, {"tracing"}],
+    "integrators": [
+        {"codes", "reach", "selection_table", "sizes", "truth"}, {"layout"}, {"methods"}, {"drivers"}, {"tracing"},
+    ],
     "cli": [{"commands", "options"}, {"checking", "importing", "linear", "rare", "running", "showing"}],
     "analysis": [
         {"changed", "text_table", "weights"}, {"labels", "outcomes"},

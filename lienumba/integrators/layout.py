@@ -7,6 +7,7 @@ them as they are, and the drivers compile them in.
 from typing import NamedTuple
 
 from lienumba.compiler.rows import W
+from lienumba.integrators.selection_table import table_rows
 from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import kernel
 
@@ -92,10 +93,11 @@ LARGEST, SMALLEST, INTEGRATES, KEEPS_FIRST, KEEPS_LAST, COUNTS = range(6)
     KEPT_VALUE, KEPT_TIME, KEPT_TRUE, KEPT_UNDEFINED, KEPT_SIZE, KEPT_OPEN, KEPT_UNLIKE, KEPT_TRUST, KEPT_ROWS,
 ) = range(9)  # fmt: skip
 POINTS = 5
+INTERVALS = 4 * (POINTS - 1)  # in which conditions are looked at, where steps are long
 ELSEWHERE, CHANGES, EARLIER, RATES = range(3 * POINTS, 3 * POINTS + 4)
 PAST = 2  # steps whose lengths (s) are known, 0 where they say nothing of what follows
 OPENS, SLIDES, CONDITIONS = range(3)  # conditions of each switch; see `switched.turning`
-PEAK, EXTENT, RATE, END_RATE, RISE, PEAKS = range(6)  # what is known of each event's condition; see `peak_row`
+PEAK, EXTENT, RATE, END_RATE, PEAKS = range(5)  # what is known of each event's condition; see `peak_row`
 
 
 @kernel
@@ -237,9 +239,22 @@ def conditions(sizes: Sizes) -> int:
 @kernel
 def peak_row(sizes: Sizes) -> int:
     """Of each event the most that its condition has been while it is true; behind these the largest size that it has
-    been at all, its rates at the start and at the end of the open step (1/s, NaN where not known), and by how much it
-    changed in the step before; counted from the first condition."""
+    been at all, and its rates at the start and at the end of the open step (1/s, NaN where not known); counted from the
+    first condition."""
     return conditions(sizes) + max(2 * conditions(sizes), event_rows(sizes))
+
+
+@kernel
+def rise_row(sizes: Sizes) -> int:
+    """Behind them, by how much each condition, also of switches, changed in the step before, infinite without one."""
+    return peak_row(sizes) + PEAKS * sizes.events
+
+
+@kernel
+def inside_row(sizes: Sizes, point: int) -> int:
+    """Behind that, all conditions, and the rates of those of events, in a point inside of the open step, from 1 on: as
+    many as `INTERVALS` make."""
+    return rise_row(sizes) + conditions(sizes) + (point - 1) * (conditions(sizes) + sizes.events)
 
 
 @kernel
@@ -405,37 +420,6 @@ def record_rows(sizes: Sizes) -> int:
     return state_rows(sizes) + sizes.observed + PROJECTIONS
 
 
-# ---------------------------------------------------------------- the table by which rows of C are selected
-@kernel
-def table_scales(q: int) -> int:
-    """The first row of the scales of q exchangeable rows, behind the lower triangle of S."""
-    return q * (q + 1) // 2
-
-
-@kernel
-def table_masks(q: int) -> int:
-    """The first row of their masks."""
-    return table_scales(q) + q
-
-
-@kernel
-def table_asked(q: int) -> int:
-    """The row that says in which lanes to select."""
-    return table_masks(q) + q
-
-
-@kernel
-def table_room(q: int) -> int:
-    """The first row of what one lane at a time is worked on in: a matrix of q rows, and two."""
-    return table_asked(q) + 1
-
-
-@kernel
-def table_rows(q: int) -> int:
-    """Of the whole table."""
-    return table_room(q) - (-q * (q + 2) // W)
-
-
 # ---------------------------------------------------------------- the memory of a driver
 class Workspace(NamedTuple):
     """The first row of each region; as addresses in a driver.
@@ -481,7 +465,7 @@ def workspace(sizes: Sizes) -> Workspace:
     lanes = clock + CLOCK
     u = lanes + LANES
     places = u + sizes.coordinates * sizes.elements + sizes.augmented + 1
-    table = places + peak_row(sizes) + PEAKS * sizes.events
+    table = places + inside_row(sizes, INTERVALS)
     change = table + table_rows(sizes.exchangeable)
     measures = change + change_rows(sizes)
     parameters = measures + measure_rows(sizes)

@@ -70,7 +70,6 @@ def follow_one(sizes: Sizes, first: Workspace, rows: Rows, lane: int, event: int
     rows[peak + sizes.events, lane] = max(rows[peak + sizes.events, lane], max(now, -now))
     rows[first.conditions + event, lane] = now
     rows[peak + layout.RATE * sizes.events, lane] = rows[first.following + layout.rate_row(sizes) + event, lane]
-    rows[peak + layout.RISE * sizes.events, lane] = 0.0
 
 
 @inlined
@@ -206,7 +205,8 @@ def gather(sizes: Sizes, first: Workspace, rows: Rows, lane: int, leaves: float,
         time, end = rows[first.conditions + 2 * count + event, lane], rows[first.conditions + count + event, lane]
         if leaves < time < NEVER:
             largest = rows[first.conditions + layout.peak_row(sizes) + sizes.events + event, lane]
-            lacks = (time - leaves) * end <= AT_ROOT * largest * (rows[first.lanes + UNTIL, lane] - time)
+            rest = AT_ROOT * largest * (rows[first.lanes + UNTIL, lane] - time)
+            lacks = end > 0.0 and (time - leaves) * end <= rest  # else it has come and gone
             if lacks or time - leaves <= AT_ONCE * max(length, leaves):
                 rows[first.conditions + 2 * count + event, lane] = leaves
 

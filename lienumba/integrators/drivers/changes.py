@@ -477,6 +477,7 @@ def _renew(
         if n < sizes.events:
             follow_one(sizes, first, rows, lane, n, new)
         rows[first.conditions + n, lane] = new
+        rows[first.conditions + layout.rise_row(sizes) + n, lane] = NEVER
     sift(sizes, first, rows, runs, queue, plan, lane, 0.0)
     pass_over(sizes, first, rows, lane)
     for n in range(sizes.events):

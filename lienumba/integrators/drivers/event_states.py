@@ -5,7 +5,7 @@ import numpy as np
 from lienumba.compiler.lanes import any_lane, choose, load, matrix, splat, store
 from lienumba.compiler.routines.marks import Floats1, Floats3, Floats4, Integers1
 from lienumba.compiler.rows import ROW, W
-from lienumba.integrators import layout
+from lienumba.integrators import layout, selection_table
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.workspace import Places, addresses
 from lienumba.integrators.layout import ITERATIONS, STATUS
@@ -23,7 +23,7 @@ def observe_events(
     """
     at, first = addresses(buffer, sizes), layout.workspace(sizes)
     rows = matrix(buffer.ctypes.data, first.work, W)
-    table = rows[first.table : first.table + layout.table_rows(sizes.exchangeable)]
+    table = rows[first.table : first.table + selection_table.table_rows(sizes.exchangeable)]
     status, iterations = at.lanes + ROW * STATUS, at.lanes + ROW * ITERATIONS
     for block in range(states.shape[0]):
         p = parameters[block].ctypes.data

@@ -1,8 +1,8 @@
-"""Conditions of events that come and go within the open step: true for a moment though false at both of its ends, or
-false for a moment though true at both.
+"""Conditions that come and go within the open step: true for a moment though false at both of its ends, or false for a
+moment though true at both; of events, and of what is closed, or sticks.
 
 Where the ends say that a condition may pass 0 between them, it is looked at in Lobatto's points; and between these
-where its rate passes 0, or, where no rate is known, where the polynomial through the points has its extreme.
+where its rate passes 0, or, where no rate is known, about the largest value.
 """
 
 import numpy as np
@@ -13,20 +13,26 @@ from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.acting import follow, if_it_acts
+from lienumba.integrators.drivers.certificates import BEYOND
 from lienumba.integrators.drivers.event_search import SOUGHT, locate, look_within, search_between
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
-from lienumba.integrators.drivers.lobatto import point, risen, through
+from lienumba.integrators.drivers.lobatto import point
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     ACTION,
     CUT,
     END_RATE,
     EXTENT,
+    FRICTION,
+    OPENS,
     POINTS,
     RATE,
     RECORDS,
-    RISE,
     SEEKS,
+    SLIDE,
+    SLIDES,
+    STICK,
+    SWITCH_FIRST,
     SWITCH_KIND,
     UNILATERAL,
     UNTIL,
@@ -37,22 +43,45 @@ from lienumba.integrators.sizes import Sizes
 from lienumba.integrators.truth import AT_ROOT, BAND
 from lienumba.numerics.operations import maximum, minimum
 
-GRID = 32  # places in which a polynomial is looked at
-UNSURE = 0.1  # of what its values differ by, a polynomial may be wrong
-AROUND = 0.0625  # of the step: so far from there two more values are taken
-TRIES = 8  # at parabolas
+TRIES = 24  # at parabolas and halves
 
 
 @inlined
-def _known(sizes: Sizes, at: Workspace, what: int, n: int) -> Lanes:
-    """Of the condition of the nth event; see `layout.peak_row`."""
-    return load(at.conditions, layout.peak_row(sizes) + what * sizes.events + n)
+def _place(k: int, last: int) -> float:
+    """A point of the open step, whose end is the `last` one: Lobatto's of each panel."""
+    points = POINTS - 1
+    return (float(k // points) + point(k % points)) * float(points) / float(last)
+
+
+@inlined
+def _value(sizes: Sizes, at: Workspace, n: int, k: int, last: int) -> Lanes:
+    """The nth condition there."""
+    if k == 0:
+        return load(at.conditions, n)
+    if k == last:
+        return load(at.conditions, layout.conditions(sizes) + n)
+    return load(at.conditions, layout.inside_row(sizes, k) + n)
+
+
+@inlined
+def _rate(sizes: Sizes, at: Workspace, n: int, k: int, last: int) -> Lanes:
+    """Its rate there (1/s), NaN where it is not known."""
+    if n >= sizes.events:
+        return splat(np.nan)
+    if k == 0 or k == last:
+        which = RATE if k == 0 else END_RATE
+        return load(at.conditions, layout.peak_row(sizes) + which * sizes.events + n)
+    return load(at.conditions, layout.inside_row(sizes, k) + layout.conditions(sizes) + n)
 
 
 @inlined
 def _least(sizes: Sizes, at: Workspace, n: int, before: Lanes) -> Lanes:
-    """By how much a condition has to be on the other side of 0: see `truth`."""
-    return _known(sizes, at, EXTENT, n) * choose(before > 0.0, splat(BAND), splat(AT_ROOT))
+    """By how much a condition has to be on the other side of 0: see `truth`, and `certificates`."""
+    if n >= sizes.events:
+        switch = (n - sizes.events) // layout.CONDITIONS
+        return BEYOND * load(at.change, layout.change_forces(sizes) + switch)
+    extent = load(at.conditions, layout.peak_row(sizes) + EXTENT * sizes.events + n)
+    return extent * choose(before > 0.0, splat(BAND), splat(AT_ROOT))
 
 
 @apart
@@ -65,132 +94,163 @@ def keep_rates(sizes: Sizes, at: Workspace, new: int) -> None:
 
 @apart
 def go_on(sizes: Sizes, at: Workspace, new: int, going: Mask) -> None:
-    """The conditions of events at the end of the step are those at the start of the next one in the lanes `going`."""
-    peaks = layout.peak_row(sizes)
-    for n in range(sizes.events):
-        row, rise = peaks + RISE * sizes.events + n, load(new, n) - load(at.conditions, n)
+    """The conditions at the end of the step are those at the start of the next one in the lanes `going`."""
+    for n in range(layout.conditions(sizes)):
+        row, rise = layout.rise_row(sizes) + n, load(new, n) - load(at.conditions, n)
         store(at.conditions, row, choose(going, rise, load(at.conditions, row)))
-    follow(sizes, at, new, at.conditions + ROW * (peaks + END_RATE * sizes.events), going)
+    rates = layout.peak_row(sizes) + END_RATE * sizes.events
+    follow(sizes, at, new, at.conditions + ROW * rates, going)
+    stages.commit(going, at.conditions, new, layout.conditions(sizes))
 
 
 @apart
-def _may(sizes: Sizes, at: Workspace, n: int, length: Lanes, before: Lanes, after: Lanes, cut: Mask) -> Lanes:
+def _may(sizes: Sizes, at: Workspace, n: int, length: Lanes, cut: Mask) -> Lanes:
     """1 where a condition that is on the same side of 0 at both ends may be on the other between them, or is
     `cut`, else 0. It turns nowhere where its rates at both are about the mean one (see `step_ends.Ends`)."""
+    before, after = _value(sizes, at, n, 0, 1), _value(sizes, at, n, 1, 1)
     side = choose(before > 0.0, splat(-1.0), splat(1.0))
     begin, end = side * before, side * after
-    p, q = side * length * _known(sizes, at, RATE, n), side * length * _known(sizes, at, END_RATE, n)
+    p, q = side * length * _rate(sizes, at, n, 0, 1), side * length * _rate(sizes, at, n, 1, 1)
     known = (p == p) & (q == q)
     p, q, mean = choose(known, p, 0.0), choose(known, q, 0.0), end - begin
     low, high = minimum(p, q), maximum(p, q)
     few, many = minimum(mean / EVEN, mean * EVEN), maximum(mean / EVEN, mean * EVEN)
-    reach = choose(known, by_rates(low, high, mean), by_changes(mean, _known(sizes, at, RISE, n)))
+    last = load(at.conditions, layout.rise_row(sizes) + n)
+    reach = choose(known, by_rates(low, high, mean), by_changes(mean, last))
     reach = choose(known & (low >= few) & (high <= many), splat(0.0), reach)
     stays = choose(before > 0.0, choose(after > 0.0, 1.0, splat(0.0)), choose(after <= 0.0, 1.0, splat(0.0)))
     return choose(cut | (maximum(begin, end) + reach > _least(sizes, at, n, before)), stays, 0.0)
 
 
 @apart
+def _holds(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Lanes:
+    """1 where a condition of a switch says that what is closed, or sticks, can do so, else 0."""
+    switch, which = (n - sizes.events) // layout.CONDITIONS, (n - sizes.events) % layout.CONDITIONS
+    kind, on = plan.switches[switch, SWITCH_KIND], load(at.new, layout.on_row(sizes) + switch)
+    used = load(at.new, layout.mask_row(sizes) + plan.switches[switch, SWITCH_FIRST])
+    asked = splat(0.0)
+    if kind == UNILATERAL:
+        asked = choose(on == STICK, 1.0, choose(on == SLIDE, 1.0 if which == OPENS else 0.0, splat(0.0)))
+    if kind == FRICTION and which == SLIDES:
+        asked = choose((on == STICK) & (used != 0.0), splat(1.0), 0.0)
+    return choose(load(at.conditions, n) <= 0.0, asked, 0.0)
+
+
+@apart
 def _peak(
     kernels: np.ndarray, at: Workspace, t: Lanes, length: Lanes, n: int, side: Lanes, least: Lanes, lanes: Mask,
-    a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes,
+    begin: float, whole: float, a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes,
 ) -> Lanes:  # fmt: skip
-    """The fraction of the step at which a condition is on the other side of 0, near where the polynomial through its
-    values in all points, on this side, comes nearest to it; -1 where it is not found there."""
-    o, p, q, r = through(a, b, c, d, e)
-    most, s = splat(-NEVER), splat(0.0)
-    for k in range(1, GRID):
-        x = splat(2.0 * k / GRID - 1.0)
-        y = c + risen(x, o, p, q, r)
-        s, most = choose(y > most, x, s), choose(y > most, y, most)
-    spread = maximum(maximum(maximum(a, b), maximum(c, d)), e) - minimum(minimum(minimum(a, b), minimum(c, d)), e)
-    left, found = lanes & (most + UNSURE * spread > least), splat(-1.0)
-    x2 = 0.5 * (s + 1.0)
-    x1, x3 = maximum(x2 - AROUND, splat(0.0)), minimum(x2 + AROUND, splat(1.0))
-    f1, f2, f3 = splat(0.0), splat(0.0), splat(0.0)
-    for k in range(3 + TRIES):
+    """The fraction of the step at which a condition is on the other side of 0, about the largest of its values in the
+    points of a panel, on this side; -1 where it is not found there. By parabolas, and by halves, since there may be a
+    kink, as long as the lines through three values lead there. begin, whole: of the step, where the panel begins, and
+    how long it is."""
+    ends = choose(e > a, splat(1.0), 0.0) != 0.0
+    x1, x3 = choose(ends, point(3), splat(0.0)), choose(ends, splat(1.0), point(1))
+    f1, f3, f2 = choose(ends, d, a), choose(ends, e, b), splat(-NEVER)
+    x2, most = 0.5 * (x1 + x3), maximum(a, e)
+    for k in range(1, POINTS - 1):
+        here, before, behind = b, a, c
+        if k == 2:
+            here, before, behind = c, b, d
+        elif k == 3:
+            here, before, behind = d, c, e
+        top = here > most
+        x1, f1, x2 = choose(top, point(k - 1), x1), choose(top, before, f1), choose(top, point(k), x2)
+        f2, x3, f3 = choose(top, here, f2), choose(top, point(k + 1), x3), choose(top, behind, f3)
+        most = maximum(most, here)
+    found, left = splat(-1.0), lanes
+    for k in range(TRIES):
+        new = f2 == -NEVER
+        on, back = (f2 - f1) / (x2 - x1) * (x3 - x2), (f2 - f3) / (x3 - x2) * (x2 - x1)
+        left = left & (new | (f2 + maximum(on, back) > least))
         if not any_lane(left):
             break
         bend = (x2 - x1) * (f2 - f3) + (x3 - x2) * (f2 - f1)
         shift = 0.5 * ((x3 - x2) * (x3 - x2) * (f2 - f1) - (x2 - x1) * (x2 - x1) * (f2 - f3))
-        top = x2 + shift / choose(bend > 0.0, bend, 1.0)
-        x = x1 if k == 0 else x2 if k == 1 else x3 if k == 2 else top
-        if k > 2:
-            left = left & (bend > 0.0) & (x > x1) & (x < x3) & (x != x2)
-            x = choose(left, x, x2)
-        look_within(kernels, layout.EVENTS, at, t, length, x)
+        vertex, halved = x2 + shift / choose(bend > 0.0, bend, 1.0), 0.5 * (x2 + choose(x3 - x2 > x2 - x1, x3, x1))
+        x = choose((bend > 0.0) & (vertex > x1) & (vertex < x3) & (vertex != x2), vertex, halved)
+        if k % 3 == 2:
+            x = halved
+        x = choose(left & (choose(new, 1.0, 0.0) == 0.0), x, x2)
+        look_within(kernels, layout.EVENTS, at, t, length, begin + x * whole)
         f = side * load(at.following, n)
         there = left & (f > least)
-        found, left = choose(there, x, found), left & (choose(there, 1.0, 0.0) == 0.0)
-        if k == 0:
-            f1 = f
-        elif k == 1:
-            f2 = f
-        elif k == 2:
-            f3 = f
-        else:  # the three about the largest one
-            later, more = x > x2, f > f2
-            x1 = choose(more & later, x2, choose(more | later, x1, x))
-            f1 = choose(more & later, f2, choose(more | later, f1, f))
-            x3 = choose(more & (x < x2), x2, choose(more | (x < x2), x3, x))
-            f3 = choose(more & (x < x2), f2, choose(more | (x < x2), f3, f))
-            x2, f2 = choose(more, x, x2), choose(more, f, f2)
+        found, left = choose(there, begin + x * whole, found), left & (choose(there, 1.0, 0.0) == 0.0)
+        left = left & (choose(new, choose((f < f1) | (f < f3), 1.0, 0.0), 0.0) == 0.0)
+        known = choose(new, 1.0, 0.0) == 0.0
+        less, more = known & (f <= f2), known & (f > f2)
+        first, last = less & (x < x2), less & (x > x2)  # of what is about the largest value x is an end now, or x2
+        former, latter = more & (x > x2), more & (x < x2)
+        x1, f1 = choose(first, x, choose(former, x2, x1)), choose(first, f, choose(former, f2, f1))
+        x3, f3 = choose(last, x, choose(latter, x2, x3)), choose(last, f, choose(latter, f2, f3))
+        x2, f2 = choose(new | more, x, x2), choose(new | more, f, f2)
     return found
+
+
+@apart
+def _look_inside(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lanes, whole: Lanes, last: int
+) -> None:
+    """All conditions in the points of the step, or of the part `whole` of it."""
+    count = layout.conditions(sizes)
+    for k in range(1, last):
+        look_within(kernels, layout.EVENTS, at, t, length, _place(k, last) * whole)
+        row = layout.inside_row(sizes, k)
+        for n in range(count):
+            store(at.conditions, row + n, load(at.following, n))
+        for n in range(sizes.events):
+            store(at.conditions, row + count + n, load(at.following, layout.rate_row(sizes) + n))
 
 
 @apart
 def _seek_turn(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
-    plan: Plan, n: int, t: Lanes, length: Lanes, whole: Lanes, may: Mask,
+    plan: Plan, n: int, t: Lanes, length: Lanes, whole: Lanes, last: int, may: Mask,
 ) -> None:  # fmt: skip
-    """When the condition of the nth event comes true in the open step though it is on the same side of 0 at both ends,
-    in the lanes in which it may; whole: of the step, behind which something is hit."""
-    count, rate, nowhere = layout.conditions(sizes), layout.rate_row(sizes) + n, splat(0.0) > 1.0
-    times, before, after = at.conditions + ROW * 2 * count, load(at.conditions, n), load(at.conditions, count + n)
+    """When the nth condition comes true in the open step though it is on the same side of 0 at both ends, in the lanes
+    in which it may; whole: of the step, behind which something is hit; last: of the points in which it is known."""
+    times, before, after = at.conditions + ROW * 2 * layout.conditions(sizes), load(at.conditions, n), splat(0.0)
     side = choose(before > 0.0, splat(-1.0), splat(1.0))
-    least = _least(sizes, at, n, before)
-    a, r, low, high = side * before, side * _known(sizes, at, RATE, n), splat(0.0), splat(-1.0)
-    b, c, d, e, f_low, f_high, last, f, left = a, a, a, a, a, a, splat(0.0), a, may
-    for k in range(1, POINTS):
-        x, g, s = splat(1.0), side * after, side * _known(sizes, at, END_RATE, n)
-        if k < POINTS - 1:
-            x = point(k) * whole
-            look_within(kernels, layout.EVENTS, at, t, length, x)
-            g, s = side * load(at.following, n), side * load(at.following, rate)
+    least, rate, nowhere = _least(sizes, at, n, before), layout.rate_row(sizes) + n, splat(0.0) > 1.0
+    low, high, f_low, f_high, left = splat(0.0), splat(-1.0), side * before, side * before, may
+    begin, f, r, panel = splat(0.0), side * before, side * _rate(sizes, at, n, 0, last), float(POINTS - 1) / float(last)
+    for k in range(1, last + 1):
+        x, after = choose(splat(float(k)) == float(last), 1.0, _place(k, last) * whole), _value(sizes, at, n, k, last)
+        g, s = side * after, side * _rate(sizes, at, n, k, last)
         place, top = x, g
         turns = left & (r > 0.0) & (s < 0.0) & (f <= least) & (g <= least)
         if any_lane(turns):
             store(at.lanes, SEEKS, splat(float(rate)))
-            place = locate(kernels, layout.EVENTS, at, first, rows, t, length, last, x, -r, -s, turns, nowhere, -side)
+            place = locate(kernels, layout.EVENTS, at, first, rows, t, length, begin, x, -r, -s, turns, nowhere, -side)
             look_within(kernels, layout.EVENTS, at, t, length, place)
             place, top = choose(turns, place, x), choose(turns, side * load(at.following, n), g)
         there = left & (top > least)
-        low, f_low = choose(there, last, low), choose(there, f, f_low)
+        low, f_low = choose(there, begin, low), choose(there, f, f_low)
         high, f_high = choose(there, place, high), choose(there, top, f_high)
         left = left & (choose(there, 1.0, 0.0) == 0.0)
-        if k == 1:
-            b = g
-        elif k == 2:
-            c = g
-        elif k == 3:
-            d = g
-        last, f, r, e = x, g, s, g
-    blind = left & (choose(r == r, 1.0, 0.0) == 0.0) & (whole == 1.0)
-    if any_lane(blind):
-        place = _peak(kernels, at, t, length, n, side, least, blind, a, b, c, d, e)
-        there = blind & (place > 0.0)
-        high, f_high = choose(there, place, high), choose(there, maximum(f_high, least), f_high)
+        begin, f, r = x, g, s
+        blind, m = left & (choose(r == r, 1.0, 0.0) == 0.0) & (whole == 1.0), k - POINTS + 1
+        if k % (POINTS - 1) == 0 and any_lane(blind):
+            a, b = side * _value(sizes, at, n, m, last), side * _value(sizes, at, n, m + 1, last)
+            c, d = side * _value(sizes, at, n, m + 2, last), side * _value(sizes, at, n, m + 3, last)
+            start = _place(m, last)
+            place = _peak(kernels, at, t, length, n, side, least, blind, start, panel, a, b, c, d, g)
+            there = blind & (place > 0.0)
+            low, f_low = choose(there, splat(start), low), choose(there, a, f_low)
+            high, f_high = choose(there, place, high), choose(there, maximum(f_high, least), f_high)
+            left = left & (choose(there, 1.0, 0.0) == 0.0)
     found = may & (high > 0.0)
     if not any_lane(found):
         return
     store(times, n, choose(found, splat(SOUGHT), load(times, n)))
-    if plan.acts[n, ACTION] != RECORDS:
+    if n < sizes.events and plan.acts[n, ACTION] != RECORDS:
         if_it_acts(sizes, first, rows, runs, queue, plan, n)
-    begin, end = choose(side > 0.0, low, high), choose(side > 0.0, high, 1.0)
+    begin, x = choose(side > 0.0, low, high), choose(side > 0.0, high, 1.0)
     begins, ends = choose(side > 0.0, f_low, -f_high), choose(side > 0.0, f_high, after)
     begins = choose(begins < 0.0, begins, -ends)
     found = found & (load(times, n) == SOUGHT)
-    search_between(kernels, sizes, at, first, rows, runs, queue, n, t, length, begin, end, begins, ends, found)
+    search_between(kernels, sizes, at, first, rows, runs, queue, n, t, length, begin, x, begins, ends, found)
 
 
 @apart
@@ -198,9 +258,9 @@ def seek_turns(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
     queue: Queue, plan: Plan, good: Mask, t: Lanes, length: Lanes,
 ) -> None:  # fmt: skip
-    """Where conditions of events come true within the open step, though they are on the same side of 0 at both ends.
-    Where something hits a stop or a contact, what is behind that is no motion: points are taken before it."""
-    count, until, extended = layout.conditions(sizes), load(at.lanes, UNTIL), False
+    """Where conditions come true within the open step, though they are on the same side of 0 at both ends. Where
+    something hits a stop or a contact, what is behind that is no motion: points are taken before it."""
+    count, until, seen, never = layout.conditions(sizes), load(at.lanes, UNTIL), False, splat(0.0) > 1.0
     times, hit = at.conditions + ROW * 2 * count, splat(NEVER)
     for n in range(sizes.events, count):
         if plan.switches[(n - sizes.events) // layout.CONDITIONS, SWITCH_KIND] == UNILATERAL:
@@ -208,11 +268,14 @@ def seek_turns(
     cut = good & (hit < NEVER)
     whole = choose(cut, (hit - t) / length, 1.0)
     cut = cut | (good & (until == load(at.lanes, CUT)))
-    for n in range(sizes.events):
-        before, after = load(at.conditions, n), load(at.conditions, count + n)
-        may = good & (load(times, n) == NEVER) & (_may(sizes, at, n, length, before, after, cut) > 0.0)
+    last = layout.INTERVALS if kernels[layout.EXPAND] != 0 else POINTS - 1
+    for n in range(count):
+        may = good & (load(times, n) == NEVER) & (_may(sizes, at, n, length, cut if n < sizes.events else never) > 0.0)
+        if n >= sizes.events and any_lane(may):
+            may = may & (_holds(sizes, at, plan, n) > 0.0)
         if any_lane(may):
-            if not extended:
+            if not seen:
                 stages.extend(kernels, sizes, nodes, at, t, length, until)
-                extended = True
-            _seek_turn(kernels, sizes, at, first, rows, runs, queue, plan, n, t, length, whole, may)
+                _look_inside(kernels, sizes, at, t, length, whole, last)
+                seen = True
+            _seek_turn(kernels, sizes, at, first, rows, runs, queue, plan, n, t, length, whole, last, may)

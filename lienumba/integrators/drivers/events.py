@@ -76,9 +76,10 @@ def _look_at_start(kernels: np.ndarray, sizes: Sizes, at: Workspace, fresh: Mask
     count = layout.conditions(sizes)
     store(at.clock, layout.TIME, splat(0.0))
     call(kernels[layout.EVENTS], at.state, at.parameters, at.clock, 0, at.following, at.work)
-    for n in range(layout.PEAKS * sizes.events):
-        row = layout.peak_row(sizes) + n
+    for row in range(layout.peak_row(sizes), layout.rise_row(sizes)):
         store(at.conditions, row, choose(fresh, 0.0, load(at.conditions, row)))
+    for row in range(layout.rise_row(sizes), layout.rise_row(sizes) + count):
+        store(at.conditions, row, choose(fresh, splat(NEVER), load(at.conditions, row)))
     follow(sizes, at, at.following, at.following + ROW * layout.rate_row(sizes), fresh)
     stages.commit(fresh, at.conditions, at.following, count)
     for n in range(2 * count, 3 * count):
@@ -264,7 +265,6 @@ def find_events(
     going = going & (load(at.lanes, CHANGED) == 0.0)
     store(at.lanes, STATUS, choose(going & (fails != 0.0), fails, load(at.lanes, STATUS)))
     go_on(sizes, at, new, going)
-    stages.commit(going, at.conditions, new, count)
     return left
 
 

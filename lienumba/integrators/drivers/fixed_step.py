@@ -10,7 +10,7 @@ import numpy as np
 from lienumba.compiler.lanes import Address, Lanes, all_lanes, any_lane, call, choose, load, matrix, splat, store
 from lienumba.compiler.routines.marks import Floats1, Floats2, Floats3, Floats4, Integers1, apart, inlined
 from lienumba.compiler.rows import ROW, W
-from lienumba.integrators import codes, layout
+from lienumba.integrators import codes, layout, selection_table
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.drivers.measuring.steps import begin_measures, forget_past, measure_closed, take_gains
@@ -125,7 +125,7 @@ def _advance(
     clock, lanes = at.clock, at.lanes
     iterations, status, end_step = lanes + ROW * ITERATIONS, lanes + ROW * STATUS, lanes + ROW * ACCEPTED
     memory = matrix(buffer.ctypes.data, first.work, W)
-    table = memory[first.table : first.table + layout.table_rows(q)]
+    table = memory[first.table : first.table + selection_table.table_rows(q)]
     since, until = memory[first.lanes + T], memory[first.lanes + UNTIL]
     cuts = discontinuities.shape[1] > 1
     for block in range(states.shape[0]):

@@ -7,7 +7,7 @@ expressions of arrays.
 
 import numpy as np
 
-from lienumba.integrators.layout import table_masks, table_scales
+from lienumba.integrators.selection_table import table_masks, table_scales
 from lienumba.numerics.operations import kernel
 
 INDEPENDENT = 1e-10  # a pivot of the scaled S below this is a row that adds nothing

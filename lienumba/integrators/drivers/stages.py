@@ -9,7 +9,7 @@ import numpy as np
 from lienumba.compiler.lanes import Address, Lanes, Mask, all_lanes, any_lane, call, choose, load, matrix, splat, store
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
-from lienumba.integrators import codes, layout
+from lienumba.integrators import codes, layout, selection_table
 from lienumba.integrators.drivers.row_selection import select_rows
 from lienumba.integrators.drivers.workspace import Places, Rows
 from lienumba.integrators.layout import Workspace
@@ -89,8 +89,8 @@ def reselect(
     Returns in which lanes they are others than before."""
     q = sizes.exchangeable
     first = layout.element_rows(sizes) + sizes.first_mask
-    masks, asked = layout.table_masks(q), layout.table_asked(q)
-    room = matrix(at.table + ROW * layout.table_room(q), q + 2, q)
+    masks, asked = selection_table.table_masks(q), selection_table.table_asked(q)
+    room = matrix(at.table + ROW * selection_table.table_room(q), q + 2, q)
     call(kernels[layout.SCHUR], state, p, at.clock, 0, at.table, at.work)
     for i in range(q):
         store(at.table, masks + i, load(target, first + i))

@@ -10,7 +10,7 @@ import numpy as np
 from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, call, choose, load, matrix, splat, store
 from lienumba.compiler.routines.marks import Floats1, Integers1, Integers2, apart, inlined
 from lienumba.compiler.rows import ROW, W
-from lienumba.integrators import codes, layout
+from lienumba.integrators import codes, layout, selection_table
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.acting import AT_ONCE
 from lienumba.integrators.drivers.changes import change
@@ -260,7 +260,7 @@ def drive(
     """
     at, first = addresses(buffer, sizes), layout.workspace(sizes)
     rows = matrix(buffer.ctypes.data, first.work, W)
-    table = rows[first.table : first.table + layout.table_rows(sizes.exchangeable)]
+    table = rows[first.table : first.table + selection_table.table_rows(sizes.exchangeable)]
     queue = Queue(places[0], places[1], places[2], places[3], places[4])
     queue.next[0] = 0
     lanes, total, fresh, done = at.lanes, runs.statuses.shape[0] * W, True, 0
