@@ -465,7 +465,7 @@ def workspace(sizes: Sizes) -> Workspace:
     lanes = clock + CLOCK
     u = lanes + LANES
     places = u + sizes.coordinates * sizes.elements + sizes.augmented + 1
-    table = places + inside_row(sizes, INTERVALS)
+    table = places + inside_row(sizes, INTERVALS + 1)
     change = table + table_rows(sizes.exchangeable)
     measures = change + change_rows(sizes)
     parameters = measures + measure_rows(sizes)

@@ -177,8 +177,13 @@ def _peak(
         f = side * load(at.following, n)
         there = left & (f > least)
         found, left = choose(there, begin + x * whole, found), left & (choose(there, 1.0, 0.0) == 0.0)
-        left = left & (choose(new, choose((f < f1) | (f < f3), 1.0, 0.0), 0.0) == 0.0)
-        known = choose(new, 1.0, 0.0) == 0.0
+        at_start, at_end = new & (f < f1) & (f1 >= f3), new & (f < f3) & (f3 > f1)  # nearer to an end, if anywhere
+        beyond = f + choose(at_start, (f - f3) / (x3 - x) * (x - x1), (f - f1) / (x - x1) * (x3 - x))
+        left = left & (choose(at_start | at_end, choose(beyond > least, 0.0, splat(1.0)), 0.0) == 0.0)
+        new = new & (choose(at_start | at_end, 1.0, 0.0) == 0.0)
+        x3, f3, x1, f1 = choose(at_start, x, x3), choose(at_start, f, f3), choose(at_end, x, x1), choose(at_end, f, f1)
+        x2 = choose(at_start | at_end, 0.5 * (x1 + x3), x2)
+        known = choose(new | at_start | at_end, 1.0, 0.0) == 0.0
         less, more = known & (f <= f2), known & (f > f2)
         first, last = less & (x < x2), less & (x > x2)  # of what is about the largest value x is an end now, or x2
         former, latter = more & (x > x2), more & (x < x2)
@@ -192,9 +197,9 @@ def _peak(
 def _look_inside(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lanes, whole: Lanes, last: int
 ) -> None:
-    """All conditions in the points of the step, or of the part `whole` of it."""
+    """All conditions in the points of the step, or of the part `whole` of it, and at the end of that."""
     count = layout.conditions(sizes)
-    for k in range(1, last):
+    for k in range(1, last + 1 if any_lane(whole < 1.0) else last):
         look_within(kernels, layout.EVENTS, at, t, length, _place(k, last) * whole)
         row = layout.inside_row(sizes, k)
         for n in range(count):
@@ -211,13 +216,18 @@ def _seek_turn(
     """When the nth condition comes true in the open step though it is on the same side of 0 at both ends, in the lanes
     in which it may; whole: of the step, behind which something is hit; last: of the points in which it is known."""
     times, before, after = at.conditions + ROW * 2 * layout.conditions(sizes), load(at.conditions, n), splat(0.0)
+    inside, hits = layout.inside_row(sizes, last) + n, whole < 1.0
     side = choose(before > 0.0, splat(-1.0), splat(1.0))
     least, rate, nowhere = _least(sizes, at, n, before), layout.rate_row(sizes) + n, splat(0.0) > 1.0
     low, high, f_low, f_high, left = splat(0.0), splat(-1.0), side * before, side * before, may
     begin, f, r, panel = splat(0.0), side * before, side * _rate(sizes, at, n, 0, last), float(POINTS - 1) / float(last)
     for k in range(1, last + 1):
-        x, after = choose(splat(float(k)) == float(last), 1.0, _place(k, last) * whole), _value(sizes, at, n, k, last)
-        g, s = side * after, side * _rate(sizes, at, n, k, last)
+        x, after, s = _place(k, last) * whole, _value(sizes, at, n, k, last), _rate(sizes, at, n, k, last)
+        g, s = side * after, side * s
+        if k == last:
+            g = choose(hits, side * load(at.conditions, inside), g)
+            if n < sizes.events:
+                s = choose(hits, side * load(at.conditions, inside + layout.conditions(sizes)), s)
         place, top = x, g
         turns = left & (r > 0.0) & (s < 0.0) & (f <= least) & (g <= least)
         if any_lane(turns):
