@@ -44,6 +44,7 @@ from lienumba.integrators.truth import AT_ROOT, BAND
 from lienumba.numerics.operations import maximum, minimum
 
 TRIES = 24  # at parabolas and halves
+FAINT = 1e-14  # in the unit of a condition: of what is locked at 0 all is rounding
 
 
 @inlined
@@ -81,7 +82,7 @@ def _least(sizes: Sizes, at: Workspace, n: int, before: Lanes) -> Lanes:
         switch = (n - sizes.events) // layout.CONDITIONS
         return BEYOND * load(at.change, layout.change_forces(sizes) + switch)
     extent = load(at.conditions, layout.peak_row(sizes) + EXTENT * sizes.events + n)
-    return extent * choose(before > 0.0, splat(BAND), splat(AT_ROOT))
+    return maximum(extent * choose(before > 0.0, splat(BAND), splat(AT_ROOT)), splat(FAINT))
 
 
 @apart
