@@ -268,6 +268,9 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
     p, on, asks = r.problem, first.state + layout.on_row(sizes), False
     before = first.conditions + layout.conditions(sizes) + sizes.events
     pulls = first.conditions + sizes.events + layout.OPENS  # minus the force with which the step began
+    parts = False  # with what lets go all does whose force has fallen to nothing, and what has let go does not return
+    for s in range(sizes.switches):
+        parts = parts or _fired(rows, first, sizes, lane, s, layout.OPENS)
     for s in range(sizes.switches):
         kind, row, bare = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS] == 0
         how = rows[before + s, lane]
@@ -277,7 +280,8 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
             pressed = p.law[s] >= PRESSES and p.rates[row] <= slight * p.S[row, row]
             idle, had = pressed and p.x[row] <= slight, -rows[pulls + layout.CONDITIONS * s, lane]
             faint = pressed and p.x[row] <= max(slight, SLIGHT * had)
-            pressed = pressed and not (faint and how != OFF and _fired(rows, first, sizes, lane, s, layout.OPENS))
+            falls = _fired(rows, first, sizes, lane, s, layout.OPENS) or (parts and p.x[row] <= SLIGHT * had)
+            pressed = pressed and not (faint and how != OFF and falls) and not (idle and how == OFF and parts)
             pressed = pressed and not (idle and _drawn(r, row))
             how = (float(SLIDE) if p.law[s] == SLIDES or bare else float(STICK)) if pressed else float(OFF)
             asked = p.switches[s, layout.SWITCH_SHARES] != 0 and p.x[row] <= slight * SHARING if bare else idle
