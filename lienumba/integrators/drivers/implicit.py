@@ -18,6 +18,7 @@ from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers.lane_queue import NEVER
 from lienumba.integrators.drivers.stages import commit, copy
 from lienumba.integrators.layout import (
+    BACK,
     BUSY,
     CUT,
     JUMP,
@@ -133,16 +134,20 @@ def shorten(lanes: Address, busy: Mask, length: Lanes, step: float) -> Mask:
     until = load(lanes, T) + 0.25 * length
     store(lanes, CUT, choose(again & (until < load(lanes, CUT)), until, load(lanes, CUT)))
     store(lanes, REJECTED, load(lanes, REJECTED) + choose(again, 1.0, 0.0))
+    store(lanes, BACK, choose(again, splat(1.0), load(lanes, BACK)))
     return again
 
 
 @inlined
-def grow(sizes: Sizes, at: Workspace) -> None:
-    """A step of given length that is made in parts goes on by parts that grow: from a short one nothing is to be
-    foreseen of a long one, and what is found from there may be no motion, though the stages hold it for one."""
+def grow(sizes: Sizes, at: Workspace, step: float) -> None:
+    """A step of given length whose stages were not found goes on by parts that grow: from a short one nothing is to be
+    foreseen of a long one, and what is found from there may be no motion, though the stages hold it for one. step:
+    the given length (s)."""
     last = load(at.slopes + ROW * layout.iterate_row(sizes), sizes.iterate + layout.SPAN)
-    last = choose(load(at.lanes, STALE) != 0.0, 0.0, last)
-    _end_at(at, (last > 0.0) & (load(at.clock, layout.LENGTH) > GROWS * last), load(at.lanes, T) + GROWS * last)
+    last, back = choose(load(at.lanes, STALE) != 0.0, 0.0, last), load(at.lanes, BACK)
+    short = (back != 0.0) & (last > 0.0) & (load(at.clock, layout.LENGTH) > GROWS * last)
+    store(at.lanes, BACK, choose((last > 0.0) & (GROWS * last >= step), 0.0, back))
+    _end_at(at, short, load(at.lanes, T) + GROWS * last)
 
 
 @inlined

@@ -282,7 +282,7 @@ def drive(
             _expand(kernels, at, pace)
         propose(lanes, at.clock, pace[END], pace[STEP], kernels[layout.EXPAND] != 0)
         if kernels[layout.NEWTON] != 0 and pace[STEP] > 0.0:
-            grow(sizes, at)
+            grow(sizes, at, pace[STEP])
         if kernels[layout.NEWTON] != 0 and sizes.weakens != 0:
             straddle(sizes, at, pace[STEP], pace[END])
         t, length, until = load(lanes, T), load(at.clock, layout.LENGTH), load(lanes, UNTIL)
