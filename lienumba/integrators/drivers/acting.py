@@ -41,7 +41,7 @@ def hold(sizes: Sizes, at: Workspace, values: Address) -> None:
     peaks = at.conditions + ROW * layout.peak_row(sizes)
     for n in range(sizes.events):
         now, was = load(values, n), load(at.conditions, n)
-        largest = maximum(load(peaks, sizes.events + n), absolute(now))
+        largest = maximum(load(peaks, layout.EXTENT * sizes.events + n), absolute(now))
         stays = (was > 0.0) & (now <= 0.0) & (load(peaks, n) - now <= BAND * largest)
         faint = (was <= 0.0) & (now > HOLDS) & (now <= AT_ROOT * largest)
         store(values, n, choose(stays, splat(HOLDS), choose(faint, splat(0.0), now)))
@@ -53,9 +53,9 @@ def follow(sizes: Sizes, at: Workspace, values: Address, rates: Address, lanes: 
     peaks = at.conditions + ROW * layout.peak_row(sizes)
     for n in range(sizes.events):
         now, was = load(values, n), load(at.conditions, n)
-        peak, largest = load(peaks, n), load(peaks, sizes.events + n)
+        peak, largest = load(peaks, n), load(peaks, layout.EXTENT * sizes.events + n)
         store(peaks, n, choose(lanes, choose(was > 0.0, maximum(peak, now), now), peak))
-        store(peaks, sizes.events + n, choose(lanes, maximum(largest, absolute(now)), largest))
+        store(peaks, layout.EXTENT * sizes.events + n, choose(lanes, maximum(largest, absolute(now)), largest))
         store(at.conditions, n, choose(lanes, now, was))
         rate = layout.RATE * sizes.events + n
         store(peaks, rate, choose(lanes, load(rates, n), load(peaks, rate)))
@@ -67,7 +67,8 @@ def follow_one(sizes: Sizes, first: Workspace, rows: Rows, lane: int, event: int
     peak = first.conditions + layout.peak_row(sizes) + event
     was = rows[first.conditions + event, lane]
     rows[peak, lane] = max(rows[peak, lane], now) if was > 0.0 else now
-    rows[peak + sizes.events, lane] = max(rows[peak + sizes.events, lane], max(now, -now))
+    extent = peak + layout.EXTENT * sizes.events
+    rows[extent, lane] = max(rows[extent, lane], max(now, -now))
     rows[first.conditions + event, lane] = now
     rows[peak + layout.RATE * sizes.events, lane] = rows[first.following + layout.rate_row(sizes) + event, lane]
 
@@ -204,7 +205,7 @@ def gather(sizes: Sizes, first: Workspace, rows: Rows, lane: int, leaves: float,
     for event in range(sizes.events):
         time, end = rows[first.conditions + 2 * count + event, lane], rows[first.conditions + count + event, lane]
         if leaves < time < NEVER:
-            largest = rows[first.conditions + layout.peak_row(sizes) + sizes.events + event, lane]
+            largest = rows[first.conditions + layout.peak_row(sizes) + layout.EXTENT * sizes.events + event, lane]
             rest = AT_ROOT * largest * (rows[first.lanes + UNTIL, lane] - time)
             lacks = end > 0.0 and (time - leaves) * end <= rest  # else it has come and gone
             if lacks or time - leaves <= AT_ONCE * max(length, leaves):

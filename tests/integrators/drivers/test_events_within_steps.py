@@ -11,6 +11,7 @@ from lienumba.batch import statuses
 from tests.oracles.changing.scenarios import kinds
 
 BODY: dict[str, Any] = {"name": "b", "mass": 2.0, "inertia": [0.3, 0.6, 0.4], "rotation": [1, 0, 0, 0]}
+PLACE, SPEED = ({"name": name, "type": "point", "body": "b", "derivative": n} for n, name in enumerate("pv"))
 SLIDE = {"name": "rail", "type": "prismatic", "bodies": ["ground", "b"], "at": [0, 0, 0], "axis": [1, 0, 0]}
 LONG: list[dict[str, Any]] = [  # steps about as long as all that happens
     {"step": 0.5},
@@ -42,7 +43,7 @@ def test_what_flies_past(integrator: dict[str, Any]) -> None:
         ],
         integrator | {"end_time": 10.0},
         quantities=[
-            {"name": "p", "type": "point", "body": "b"},
+            PLACE,
             {"name": "gap", "type": "expression", "value": "sqrt(p.x**2 + p.y**2 + p.z**2)", "units": "m"},
         ],
         parameters={"v": 1.0, "y": 0.0},
@@ -98,8 +99,8 @@ def test_what_a_vibration_only_just_reaches(integrator: dict[str, Any]) -> None:
         ],
         integrator | {"end_time": 20.0},
         quantities=[
-            {"name": "p", "type": "point", "body": "b"},
-            {"name": "v", "type": "point", "body": "b", "derivative": 1},
+            PLACE,
+            SPEED,
             {"name": "load", "type": "reaction", "joint": "pin"},
         ],
         parameters={"k": 0.9},
@@ -129,7 +130,7 @@ def test_what_it_does_is_done(integrator: dict[str, Any], action: str) -> None:
         },
         [{"name": "passes", "when": "p.x > 0 and p.x < 1e-3", "action": action, **does}],
         integrator | {"end_time": 10.0},
-        quantities=[{"name": "p", "type": "point", "body": "b"}],
+        quantities=[PLACE],
         parameters={"v": 1.0, "push": 0.0},
         sweep={"runs": 20, "vary": {"parameters.v": {"distribution": "uniform", "low": 0.6, "high": 2}}},
     )
@@ -151,10 +152,7 @@ def test_what_rests_is_no_event() -> None:
         {"bodies": [BODY | {"position": [1, 0, 0], "angular_velocity": [0.3, 2, 0.1]}]},
         [{"name": "moves", "when": "p.x > 1 or v.x < 0"}, {"name": "leaves", "when": "abs(p.y) > 0"}],
         {"method": "dop853", "tolerance": 1e-9, "end_time": 10.0},
-        quantities=[
-            {"name": "p", "type": "point", "body": "b"},
-            {"name": "v", "type": "point", "body": "b", "derivative": 1},
-        ],
+        quantities=[PLACE, SPEED],
     )
     assert (ds["event_count"] == 0).all()
 
@@ -167,7 +165,7 @@ def test_a_crest_of_which_no_rate_is_known(integrator: dict[str, Any]) -> None:
         {"gravity": [0, 0, -9.81], "bodies": [BODY | {"position": [0, 0, 0], "velocity": [3, 0, "up"]}]},
         [{"name": f"c{n}", "when": x} for n, x in enumerate(conditions)],
         integrator | {"end_time": 4.0},
-        quantities=[{"name": "v", "type": "point", "body": "b", "derivative": 1}],
+        quantities=[SPEED],
         parameters={"up": 5.0},
         sweep={"runs": 60, "vary": {"parameters.up": {"distribution": "uniform", "low": 2, "high": 30}}},
     )
@@ -189,7 +187,7 @@ def test_what_would_come_behind_a_change_does_not_come_with_it(integrator: dict[
         },
         [{"name": "gate", "when": "p.x > 1", **does}, {"name": "behind", "when": "p.x > 1.3 and p.x < 1.4"}],
         integrator | {"end_time": 4.0},
-        quantities=[{"name": "p", "type": "point", "body": "b"}],
+        quantities=[PLACE],
         parameters={"v": 1.0, "push": 0.0},
         sweep={"runs": 40, "vary": {"parameters.v": {"distribution": "uniform", "low": 0.6, "high": 3}}},
     )
