@@ -70,7 +70,7 @@ STATUSES = (
         CHATTERING,
         "chattering",
         "contacts, friction or events changed again and again without end at nearly one time; give contacts a "
-        "rest_speed, or events conditions that do not undo each other",
+        "rest_speed, or events that undo each other some width between their conditions",
     ),
     Status(
         PARADOX,

@@ -1,7 +1,7 @@
 """Which conditions of events count: what had been true has to be really false before it comes true again, and of what
 happens at one time each event sees what those before it have done. What only lets go is done here, too."""
 
-from lienumba.compiler.lanes import Address, Mask, choose, load, splat, store
+from lienumba.compiler.lanes import Address, Lanes, Mask, choose, load, splat, store
 from lienumba.compiler.routines.marks import Integers2, apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
@@ -30,21 +30,43 @@ from lienumba.integrators.truth import AT_ROOT, BAND
 from lienumba.numerics.operations import HOLDS, absolute, maximum
 
 PAST = float("-inf")  # the time of what came true, and does nothing
+TURNS = 2.0**-30  # of a time: behind a change so short before nothing has come true for good
 AT_ONCE = 2.0**-46  # of a time, or of a step: what happens within this happens at one time
 
 
+@inlined
+def _largest(sizes: Sizes, at: Workspace, n: int, now: Lanes) -> Lanes:
+    """The largest size that a condition has been."""
+    return maximum(load(at.conditions, layout.peak_row(sizes) + layout.EXTENT * sizes.events + n), absolute(now))
+
+
 @apart
-def hold(sizes: Sizes, at: Workspace, values: Address) -> None:
+def hold(sizes: Sizes, at: Workspace, values: Address, band: Lanes) -> None:
     """What conditions of events at the address `values` are where rounding is no change: true where they were true and
-    have not fallen by more than the `BAND` since then. A motor that is switched off when it turns, and falls to 0, has;
-    what is locked on its limit has not, and where it lies beside it is rounding, as is the speed of what rests."""
-    peaks = at.conditions + ROW * layout.peak_row(sizes)
+    have not fallen by more than this `band` of their largest size since then. A motor that is switched off when it
+    turns, and falls to 0, has; what is locked on its limit has not, and where it lies beside it is rounding, as is the
+    speed of what rests."""
     for n in range(sizes.events):
-        now, was = load(values, n), load(at.conditions, n)
-        largest = maximum(load(peaks, layout.EXTENT * sizes.events + n), absolute(now))
-        stays = (was > 0.0) & (now <= 0.0) & (load(peaks, n) - now <= BAND * largest)
+        now, was, peak = load(values, n), load(at.conditions, n), load(at.conditions, layout.peak_row(sizes) + n)
+        largest = _largest(sizes, at, n, now)
+        stays = (was > 0.0) & (now <= 0.0) & (peak - now <= band * largest)
         faint = (was <= 0.0) & (now > HOLDS) & (now <= AT_ROOT * largest)
         store(values, n, choose(stays, splat(HOLDS), choose(faint, splat(0.0), now)))
+
+
+@apart
+def hold_before(sizes: Sizes, at: Workspace, values: Address) -> None:
+    """The same directly before a change. What comes true with it may be what makes others false: what has fallen to 0
+    by then is false, and so is what is below 0 by more than rounding, or is 0 where the last change was just before,
+    and turned it back at once. Of a relay, `s < 0` and `s > 0`, none would be sought again else."""
+    since = load(at.lanes, T) - load(at.lanes, UNTIL) + load(at.clock, layout.LENGTH)
+    at_once = since <= TURNS * load(at.lanes, T)
+    for n in range(sizes.events):
+        now, was, peak = load(values, n), load(at.conditions, n), load(at.conditions, layout.peak_row(sizes) + n)
+        largest = _largest(sizes, at, n, now)
+        falls = (was > 0.0) & (now <= AT_ROOT * largest) & (at_once | (peak > BAND * largest))
+        store(values, n, choose(falls, choose(now < 0.0, now, 0.0), now))
+    hold(sizes, at, values, choose(at_once, splat(0.0), splat(0.5 * AT_ROOT)))
 
 
 @apart

@@ -7,7 +7,7 @@ complementarity problem of velocities gives impulses, and one of accelerations s
 
 import numpy as np
 
-from lienumba.compiler.lanes import Mask, any_lane, call, choose, load, splat, store
+from lienumba.compiler.lanes import any_lane, call, choose, load, splat, store
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
@@ -18,6 +18,7 @@ from lienumba.integrators.drivers.acting import (
     follow,
     follow_one,
     hold,
+    hold_before,
     let_go,
     lets_go,
     pass_over,
@@ -25,13 +26,22 @@ from lienumba.integrators.drivers.acting import (
     turns,
     used,
 )  # fmt: skip
+from lienumba.integrators.drivers.closing import close, has_closed, project, widest_gap
 from lienumba.integrators.drivers.event_search import TOUCH
 from lienumba.integrators.drivers.events import SLIGHT, note
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
 from lienumba.integrators.drivers.measuring.steps import forget_past_of
-from lienumba.integrators.drivers.switching import complementarity, impacts, modes, problem, reactions, used_rows
+from lienumba.integrators.drivers.switching import (
+    asking,
+    complementarity,
+    impacts,
+    modes,
+    problem,
+    reactions,
+    used_rows,
+)
 from lienumba.integrators.drivers.switching.reactions import Reactions
-from lienumba.integrators.drivers.workspace import Places, Rows
+from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     ACTION,
     BEGINS,
@@ -43,7 +53,6 @@ from lienumba.integrators.layout import (
     FRICTION,
     GAINED,
     HAD,
-    ITERATIONS,
     LOCKS,
     MANY,
     OFF,
@@ -53,7 +62,6 @@ from lienumba.integrators.layout import (
     RELEASES,
     SEEN,
     SETS,
-    SIZE,
     SLIDE,
     STALE,
     STATUS,
@@ -71,10 +79,10 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
+from lienumba.integrators.truth import BAND
 from lienumba.numerics.operations import HOLDS
 
 ROUNDS = 64  # at one time
-CLOSING = 200  # iterations to close a joint over a gap, of which steps have none
 WINDOW, MOST = 1e-6, 1000.0  # of the time of a run, and how many changes may be in so much of it
 
 
@@ -91,14 +99,14 @@ def change(
         forces = forces or plan.switches[s, SWITCH_KIND] != BILATERAL
     border, impulses = at.change, at.change + ROW * layout.change_impulses(sizes)
     store(at.clock, layout.TIME, load(lanes, T))
-    _project(kernels, sizes, at, table, limit, tolerance)
+    project(kernels, sizes, at, table, limit, tolerance)
     for n in range(ROUNDS):
         pending = (load(lanes, CHANGED) != 0.0) & (load(lanes, STATUS) == 0.0)
         if not any_lane(pending):
             return
         store(lanes, CHANGED, choose(pending, splat(1.0), splat(0.0)))
         call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
-        hold(sizes, at, at.following)
+        hold_before(sizes, at, at.following)
         if n == 0:  # what held directly before the change, for what becomes true by it
             follow(sizes, at, at.following, at.following + ROW * layout.rate_row(sizes), pending)
         jumps = False
@@ -128,11 +136,11 @@ def change(
                 if rows[first.lanes + PICKED, lane] != 0.0:
                     reactions.read(r, rows, first, sizes, lane)
                     used_rows.choose_rows(r, rows, first, sizes, lane)
-            _close(kernels, sizes, at, closing, table, limit, tolerance)
+            close(kernels, sizes, at, closing, table, limit, tolerance)
             call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
             for lane in range(W):
                 if rows[first.lanes + PICKED, lane] != 0.0:
-                    _closed(sizes, first, rows, plan, lane, tolerance)
+                    has_closed(sizes, first, rows, plan, lane, tolerance)
             if sizes.values > 0:
                 _gain(kernels, sizes, at, first, rows, plan)
         for lane in range(W):
@@ -148,6 +156,12 @@ def change(
                 stages.commit(hits, x, at.now, layout.state_rows(sizes))
             if forces and (sizes.values > 0 or any_lane(hits)):  # of locks and joints alone nothing is asked again
                 call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
+            for _ in range(sizes.switches if forces else 0):  # what is brought to rest may slow down others
+                if not _halt(r, sizes, first, rows):
+                    break
+                call(kernels[layout.KICK], x, p, at.clock, impulses, at.now, at.work)
+                stages.commit(load(lanes, PICKED) != 0.0, x, at.now, layout.state_rows(sizes))
+                call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
             for lane in range(W):
                 rows[first.lanes + PICKED, lane] = 0.0
                 if rows[first.lanes + FREES, lane] != 0.0:
@@ -159,79 +173,12 @@ def change(
                 call(kernels[layout.KICK], x, p, at.clock, impulses, at.now, at.work)
                 stages.commit(begins, x, at.now, layout.state_rows(sizes))
         call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
-        hold(sizes, at, at.following)
+        hold(sizes, at, at.following, splat(BAND))
         for lane in range(W):
             if rows[first.lanes + CHANGED, lane] != 0.0:
                 _renew(sizes, first, rows, runs, queue, plan, lane, end)
     endless = (load(lanes, CHANGED) != 0.0) & (load(lanes, STATUS) == 0.0)
     store(lanes, STATUS, choose(endless, splat(codes.CHATTERING), load(lanes, STATUS)))
-
-
-@apart
-def _project(kernels: np.ndarray, sizes: Sizes, at: Workspace, table: Rows, limit: int, tolerance: float) -> None:
-    """States read off within a step, onto the constraints."""
-    lanes, state = at.lanes, layout.state_rows(sizes)
-    if kernels[layout.POSITION] == 0 and kernels[layout.VELOCITY] == 0:
-        return
-    going = (load(lanes, CHANGED) != 0.0) & (load(lanes, STATUS) == 0.0) & (load(lanes, FRESH) == 0.0)
-    stages.copy(at.new, at.state, state)
-    places, status = Places(at.new, at.now, at.following), lanes + ROW * STATUS
-    stages.project(
-        kernels, sizes, at.parameters, places, False, at, status, going, lanes + ROW * ITERATIONS, table, limit,
-        tolerance,
-    )  # fmt: skip
-    stages.commit(going & (load(status, 0) == 0.0), at.state, at.new, state)
-
-
-@apart
-def _close(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, closing: Mask, table: Rows, limit: int, tolerance: float
-) -> None:
-    """Positions of what is to close, onto the constraints; velocities onto those that always hold, as the impulses of
-    the others expect it."""
-    state, status = layout.state_rows(sizes), at.lanes + ROW * STATUS
-    if kernels[layout.POSITION] == 0:
-        return
-    stages.copy(at.new, at.state, state)
-    places = Places(at.new, at.now, at.following)
-    most = max(limit, CLOSING)
-    stages.project_positions(
-        kernels, sizes, at.parameters, places, False, at, status, closing, table, most, tolerance, True
-    )  # fmt: skip
-    closed = closing & (load(status, 0) == 0.0)
-    for row in range(layout.mask_row(sizes), layout.on_row(sizes)):
-        store(at.new, row, splat(0.0))
-    if kernels[layout.VELOCITY] != 0:
-        stages.project_velocities(kernels, sizes, at.parameters, places, False, at, status, closed, limit, tolerance)
-    stages.commit(closed & (load(status, 0) == 0.0), at.state, at.new, state)
-
-
-@apart
-def _closed(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, tolerance: float) -> None:
-    """Whether what was to close in a lane has closed, rows that say the same as others with it; else nothing has
-    happened, and the run ends."""
-    open_ = rows[first.lanes + STATUS, lane] != 0.0
-    for event in range(sizes.events):
-        if engages(sizes, first, rows, plan, lane, event):
-            size = reactions.number(rows, first, sizes, lane, plan.targets[plan.acts[event, TARGET]], SIZE)
-            open_ = open_ or _apart(sizes, first, rows, plan, lane, event) > tolerance + TOUCH * size
-    if open_:
-        for event in range(sizes.events):
-            if engages(sizes, first, rows, plan, lane, event):
-                target = plan.targets[plan.acts[event, TARGET]]
-                rows[first.state + layout.on_row(sizes) + target, lane] = float(OFF)
-        rows[first.lanes + STATUS, lane] = codes.NOT_CLOSED
-        rows[first.lanes + CHANGED, lane] = 0.0
-
-
-@inlined
-def _apart(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, event: int) -> float:
-    """How far (m or rad) the parts of a joint are from where an event wants them."""
-    widest, target = 0.0, plan.targets[plan.acts[event, TARGET]]
-    row = first.change + layout.border_gaps(sizes) + plan.switches[target, SWITCH_FIRST]
-    for i in range(row, row + plan.switches[target, SWITCH_ROWS]):
-        widest = max(widest, max(rows[i, lane], -rows[i, lane]))
-    return widest
 
 
 @apart
@@ -242,7 +189,7 @@ def _act(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -> N
     for event in range(sizes.events):
         if engages(sizes, first, rows, plan, lane, event):
             rows[first.lanes + PICKED, lane] = 1.0
-            if _apart(sizes, first, rows, plan, lane, event) > rows[values + plan.acts[event, VALUE], lane]:
+            if widest_gap(sizes, first, rows, plan, lane, event) > rows[values + plan.acts[event, VALUE], lane]:
                 rows[first.lanes + STATUS, lane] = codes.NOT_CLOSED
     if rows[first.lanes + STATUS, lane] != 0.0:
         rows[first.lanes + CHANGED, lane] = rows[first.lanes + PICKED, lane] = 0.0
@@ -351,6 +298,22 @@ def _hit(r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, lane: int) ->
     for i in range(sizes.switched):
         rows[first.change + layout.change_impulses(sizes) + i, lane] = p.x[i]
     return hit
+
+
+@apart
+def _halt(r: Reactions, sizes: Sizes, first: Workspace, rows: Rows) -> bool:
+    """Impulses of lanes in which something is brought to rest, to where `kick` reads them; whether there are any."""
+    some = False
+    for lane in range(W):
+        rows[first.lanes + PICKED, lane] = 0.0
+        asked = rows[first.lanes + CHANGED, lane] != 0.0 and rows[first.lanes + STATUS, lane] == 0.0
+        if asked and rows[first.lanes + FREES, lane] == 0.0:
+            reactions.read(r, rows, first, sizes, lane)
+            if asking.halt(r, rows, first, sizes, lane):
+                rows[first.lanes + PICKED, lane], some = 1.0, True
+                for i in range(sizes.switched):
+                    rows[first.change + layout.change_impulses(sizes) + i, lane] = r.problem.x[i]
+    return some
 
 
 @inlined

@@ -4,10 +4,10 @@ import numpy as np
 
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.acting import fired, used
 from lienumba.integrators.drivers.switching import grips
+from lienumba.integrators.drivers.switching.asking import bluntness, may_act, slide, switch_fired
 from lienumba.integrators.drivers.switching.complementarity import solve
-from lienumba.integrators.drivers.switching.problem import BOUNDED, FREE, HOLDS, PRESSES, ROUNDING, SLIDES, SOLVED, size
+from lienumba.integrators.drivers.switching.problem import BOUNDED, PRESSES, ROUNDING, SLIDES, SOLVED, size
 from lienumba.integrators.drivers.switching.reactions import (
     AT_ONCE,
     GOES_ON,
@@ -20,7 +20,6 @@ from lienumba.integrators.drivers.switching.reactions import (
     slow,
     spread,
     still,
-    touches,
 )
 from lienumba.integrators.drivers.switching.used_rows import SHARED, TANGENT, UNKNOWN, held, independent, remove
 from lienumba.integrators.drivers.workspace import Rows
@@ -47,12 +46,6 @@ FOLLOWS = 0.01  # of the fastest slip: what slips slower rests
 
 
 @inlined
-def _fired(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, which: int) -> bool:
-    """Whether a condition of a switch has become true now."""
-    return fired(sizes, first, rows, lane, sizes.events + layout.CONDITIONS * switch + which)
-
-
-@inlined
 def _on_edge(r: Reactions, switch: int) -> bool:
     """Whether friction is as large as it may be: what begins to slide has no acceleration yet."""
     p = r.problem
@@ -66,64 +59,6 @@ def _on_edge(r: Reactions, switch: int) -> bool:
 def _begins(r: Reactions, switch: int) -> bool:
     """Whether it begins to slide."""
     return r.begins[switch] == AT_ONCE or r.begins[switch] == SMOOTHLY
-
-
-@apart
-def _may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
-    """The laws of what holds, rests or slides, with the accelerations that all else gives."""
-    p, on = r.problem, first.state + layout.on_row(sizes)
-    for i in range(sizes.switched):
-        p.free[i] = rows[first.change + layout.border_accelerations(sizes) + i, lane]
-    for s in range(sizes.switches):
-        kind, row = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST]
-        closed, speed, rest = rows[on + s, lane] != OFF, along(r, s, r.rates), still(rows, first, sizes, lane, s)
-        force = rows[first.change + layout.change_forces(sizes) + s, lane]
-        p.least[s] = force if force < np.inf else 0.0
-        if kind == layout.BILATERAL and closed:
-            p.law[s] = float(HOLDS)
-        if kind == UNILATERAL and r.rates[row] <= rest and (closed or touches(rows, first, sizes, lane, s, row)):
-            p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, layout.STATIC)
-            if speed > slow(rows, first, sizes, lane, s):
-                _slide_on(r, rows, first, sizes, lane, s, speed)
-        if kind == FRICTION:
-            p.law[s], p.bound[s] = float(BOUNDED), number(rows, first, sizes, lane, s, layout.STATIC_EFFORT)
-            carried = rows[on + s, lane] == STICK and not used(sizes, first, rows, p.switches, lane, s)
-            if speed > (0.0 if carried and _fired(rows, first, sizes, lane, s, layout.SLIDES) else rest):
-                _slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / speed)
-
-
-@inlined
-def _slide(
-    r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, along: np.ndarray, scale: float
-) -> None:
-    """A switch slides along `scale * along`; the friction of a joint is a load."""
-    p = r.problem
-    end = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
-    for i in range(end - p.switches[switch, SWITCH_TANGENTS], end):
-        p.direction[i] = scale * along[i]
-    if p.law[switch] == BOUNDED:
-        row = p.switches[switch, SWITCH_FIRST]
-        p.law[switch], p.x[row] = float(FREE), 0.0
-        load = -number(rows, first, sizes, lane, switch, layout.KINETIC_EFFORT) * p.direction[row]
-        for i in range(p.free.size):
-            p.free[i] += p.S[i, row] * load
-    else:
-        p.law[switch], p.friction[switch] = float(SLIDES), number(rows, first, sizes, lane, switch, layout.KINETIC)
-
-
-@inlined
-def _slide_on(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, speed: float) -> None:
-    """What slides does so along its rates; where it has no direction of its own as yet, as it does in a step."""
-    p, slides = r.problem, rows[first.state + layout.on_row(sizes) + switch, lane] == SLIDE
-    turned = _fired(rows, first, sizes, lane, switch, layout.SLIDES)
-    if slides and not turned and _bluntness(r, rows, first, sizes, lane, switch) > 0.0:
-        row = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS] - p.switches[switch, SWITCH_TANGENTS]
-        measured = first.change + layout.border_memory(sizes) + p.switches[switch, layout.SWITCH_MEMORY]
-        for n in range(p.switches[switch, SWITCH_TANGENTS]):
-            p.direction[row + n] = rows[measured + n, lane]
-        _slide(r, rows, first, sizes, lane, switch, p.direction, 1.0)
-    else:
-        _slide(r, rows, first, sizes, lane, switch, r.rates, 1.0 / speed)
 
 
 @apart
@@ -151,7 +86,7 @@ def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, 
     """How every switch goes on, to the state; see `complementarity.solve`. step: of explicit steps of given length (s),
     else 0."""
     p, largest = r.problem, 0.0
-    _may_act(r, rows, first, sizes, lane)
+    may_act(r, rows, first, sizes, lane)
     for i in range(sizes.switched):
         if p.S[i, i] > 0.0:
             largest = max(largest, size(p.free[i]) / p.S[i, i])
@@ -233,7 +168,7 @@ def _goes_on(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
         if r.begins[s] == STOPS:
             r.begins[s] = GOES_ON if slips else RESTS
             if slips:
-                _slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / along(r, s, r.rates))
+                slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / along(r, s, r.rates))
     return slips
 
 
@@ -252,10 +187,10 @@ def _begin(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, 
         rests = (p.law[s] == PRESSES or p.law[s] == BOUNDED) and p.switches[s, SWITCH_TANGENTS] > 0
         pressed = _stays(r, s, largest)
         if rests and pressed and _slips(r, s, largest):
-            _slide(r, rows, first, sizes, lane, s, p.rates, 1.0 / along(r, s, p.rates))
+            slide(r, rows, first, sizes, lane, s, p.rates, 1.0 / along(r, s, p.rates))
             r.begins[s], slid = AT_ONCE, True
-        elif p.law[s] == BOUNDED and _fired(rows, first, sizes, lane, s, layout.SLIDES) and _on_edge(r, s):
-            _slide(r, rows, first, sizes, lane, s, p.x, -1.0 / along(r, s, p.x))
+        elif p.law[s] == BOUNDED and switch_fired(rows, first, sizes, lane, s, layout.SLIDES) and _on_edge(r, s):
+            slide(r, rows, first, sizes, lane, s, p.x, -1.0 / along(r, s, p.x))
             r.begins[s], slid = SMOOTHLY, True
     return less or slid
 
@@ -270,7 +205,7 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
     pulls = first.conditions + sizes.events + layout.OPENS  # minus the force with which the step began
     parts = False  # with what lets go all does whose force has fallen to nothing, and what has let go does not return
     for s in range(sizes.switches):
-        parts = parts or _fired(rows, first, sizes, lane, s, layout.OPENS)
+        parts = parts or switch_fired(rows, first, sizes, lane, s, layout.OPENS)
     for s in range(sizes.switches):
         kind, row, bare = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS] == 0
         how = rows[before + s, lane]
@@ -280,7 +215,7 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
             pressed = p.law[s] >= PRESSES and p.rates[row] <= slight * p.S[row, row]
             idle, had = pressed and p.x[row] <= slight, -rows[pulls + layout.CONDITIONS * s, lane]
             faint = pressed and p.x[row] <= max(slight, SLIGHT * had)
-            falls = _fired(rows, first, sizes, lane, s, layout.OPENS) or (parts and p.x[row] <= SLIGHT * had)
+            falls = switch_fired(rows, first, sizes, lane, s, layout.OPENS) or (parts and p.x[row] <= SLIGHT * had)
             pressed = pressed and not (faint and how != OFF and falls) and not (idle and how == OFF and parts)
             pressed = pressed and not (idle and _drawn(r, row))
             how = (float(SLIDE) if p.law[s] == SLIDES or bare else float(STICK)) if pressed else float(OFF)
@@ -299,8 +234,8 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
     for s in range(sizes.switches):
         row, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS]
         goes_on = rows[before + s, lane] == SLIDE and not _begins(r, s)
-        blunt = _bluntness(r, rows, first, sizes, lane, s) if goes_on else 0.0
-        turned = r.begins[s] == GOES_ON or _fired(rows, first, sizes, lane, s, layout.SLIDES)
+        blunt = bluntness(r, rows, first, sizes, lane, s) if goes_on else 0.0
+        turned = r.begins[s] == GOES_ON or switch_fired(rows, first, sizes, lane, s, layout.SLIDES)
         if rows[on + s, lane] >= SLIDE and (blunt == 0.0 or turned):
             end, speed = row + p.switches[s, SWITCH_ROWS], max(blunt, slow(rows, first, sizes, lane, s))
             for n in range(tangents):
@@ -338,7 +273,7 @@ def _grip(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, s
     for s in range(sizes.switches):
         g.static[s] = number(rows, first, sizes, lane, s, layout.STATIC)
         rested = rows[on + s, lane] == STICK and p.law[s] == PRESSES and rows[before + s, lane] == STICK
-        limit = limit or (rested and _fired(rows, first, sizes, lane, s, layout.SLIDES))
+        limit = limit or (rested and switch_fired(rows, first, sizes, lane, s, layout.SLIDES))
     grips.part(p, g)
     for row in range(sizes.switched):
         if g.group[row] == float(row):
@@ -387,7 +322,7 @@ def _grip_together(
         if pace > FOLLOWS:
             for i in range(row + 1, row + 3 if shared and own else row + 1):
                 p.x[i] = g.forces[i]
-            _slide(r, rows, first, sizes, lane, s, p.x, -1.0 / along(r, s, p.x))
+            slide(r, rows, first, sizes, lane, s, p.x, -1.0 / along(r, s, p.x))
             r.begins[s], r.paces[s], slid = SMOOTHLY, pace, True
         if own:
             c, d, u, v, w = 0.0, 0.0, 0.0, 0.0, 1.0
@@ -434,17 +369,6 @@ def heads(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
                 r.wanted[i], p.free[i] = 1.0, fast - r.rates[i]
     spread(r)
     return True
-
-
-@inlined
-def _bluntness(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) -> float:
-    """The speed below which what slides in a plane has no direction of its own as yet, where it is slower; else 0."""
-    if r.problem.switches[switch, SWITCH_TANGENTS] < 2:
-        return 0.0
-    memory = first.state + layout.memory_row(sizes) + r.problem.switches[switch, layout.SWITCH_MEMORY]
-    x, y, speed = rows[memory, lane], rows[memory + 1, lane], along(r, switch, r.rates)
-    kept = np.sqrt(x * x + y * y)
-    return kept if slow(rows, first, sizes, lane, switch) < speed and speed < kept else 0.0
 
 
 @apart

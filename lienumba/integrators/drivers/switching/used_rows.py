@@ -54,6 +54,12 @@ def independent(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: 
     then normals that share what they carry, last of these what nothing presses, then tangents, then the friction of
     joints."""
     _want(r, rows, first, sizes, lane)
+    take(r)
+
+
+@apart
+def take(r: Reactions) -> None:
+    """Take rows that are wanted, phase by phase."""
     for phase in range(PHASES):
         _take(r, float(phase))
 
