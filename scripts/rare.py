@@ -21,6 +21,11 @@ LIMITS = {
     "curved, 2 inputs": "curved",
     "on both sides, 4 inputs": "two sides",
     "four planes, 3 inputs": "four planes",
+    "two exponential inputs": "exponentials",
+    "three exponential inputs": "three exponentials",
+    "a jump, 2 inputs": "jump",
+    "flat where it begins, 2 inputs": "flat at first",
+    "two ways, one behind the other": "behind another",
     "all round, 3 inputs": "all round",
 }
 

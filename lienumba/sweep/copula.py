@@ -79,5 +79,20 @@ def correlated(u: Mapping[str, np.ndarray], names: Sequence[str], matrix: Rows) 
     return found
 
 
+def followed(scores: Mapping[str, np.ndarray], names: Sequence[str], matrix: Rows) -> dict[str, np.ndarray]:
+    """Of correlated normal scores (runs,) of these names those that follow from others, as a singular matrix says."""
+    L = cholesky(matrix)
+    independent: list[np.ndarray] = []
+    found = {}
+    for i, name in enumerate(names):
+        others = sum((L[i][j] * independent[j] for j in range(i)), np.zeros_like(scores[name]))
+        if L[i][i] > 0.0:
+            independent.append((scores[name] - others) / L[i][i])
+        else:
+            independent.append(np.zeros_like(others))
+            found[name] = others
+    return found
+
+
 def _inside(u: np.ndarray) -> np.ndarray:
     return np.clip(u, 5e-324, 1.0 - 2.0**-53)

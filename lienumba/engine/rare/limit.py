@@ -33,13 +33,15 @@ if TYPE_CHECKING:
 class Limit:
     """limit(z): margins (n,) of a requirement in runs whose inputs follow from standard normal numbers (n, d), one for
     each stream of the inputs; NaN where a run failed. All runs are kept: what they were asked for, and what came.
-    expected: about how many there will be, for whoever is told."""
+    expected: about how many there will be, for whoever is told; correlate: whether the numbers are independent as yet,
+    else they are those of the inputs."""
 
     scenario: Scenario
     requirement: str
     workers: int
     tell: Tell
     expected: int
+    correlate: bool = True
     samples: list[dict[str, np.ndarray]] = field(default_factory=list)
     margins: list[np.ndarray] = field(default_factory=list)
     codes: list[np.ndarray] = field(default_factory=list)
@@ -68,9 +70,7 @@ class Limit:
         return len(self.streams)
 
     def __call__(self, z: np.ndarray) -> np.ndarray:
-        labels = np.arange(self.count, self.count + len(z))
-        uniform = np.clip(probability(np.asarray(z, float)), SMALLEST, LARGEST)
-        samples = draw(self.scenario, labels.tolist(), dict(zip(self.streams, uniform.T, strict=True)))
+        labels, samples = np.arange(self.count, self.count + len(z)), self.inputs(z)
         found, codes = np.full(len(z), np.nan), np.zeros(len(z), np.int8)
         runs = Runs(labels, samples, self.nominal)
         before = self.count
@@ -93,7 +93,8 @@ class Limit:
     def inputs(self, z: np.ndarray) -> dict[str, np.ndarray]:
         """What numbers (n, d) are as inputs, by their paths (n,)."""
         uniform = np.clip(probability(np.asarray(z, float)), SMALLEST, LARGEST)
-        return draw(self.scenario, range(len(z)), dict(zip(self.streams, uniform.T, strict=True)))
+        by_name = dict(zip(self.streams, uniform.T, strict=True))
+        return draw(self.scenario, range(len(z)), by_name, correlate=self.correlate)
 
     def kept(self) -> dict[str, Any]:
         """Variables of all runs so far."""

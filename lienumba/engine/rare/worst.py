@@ -12,6 +12,7 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import resolve
 from lienumba.store.layout import MARGIN
 from lienumba.store.linear_layout import WORST
+from lienumba.sweep.copula import followed
 from lienumba.sweep.normal import inverse
 from lienumba.words import show
 
@@ -37,7 +38,8 @@ def worst(
     """Search for the inputs within bounds with the smallest margin of a requirement.
 
     By differential evolution (R. Storn, K. Price, Journal of Global Optimization 11 (1997) 341), a generation of runs
-    at a time; the bounds of each input are the quantiles between which so large a part of its samples lies.
+    at a time; the bounds of each input are the quantiles between which so large a part of its samples lies, whatever
+    correlated ones are; what follows from others (a correlation of 1) does so here, too.
 
     Parameters
     ----------
@@ -72,13 +74,20 @@ def worst(
     if not 0.0 < within < 1.0:
         raise ScenarioError(f"within = {show(within)}: must be between 0 and 1; give such as 0.9973")
     with shown(progress) as tell:
-        limit = Limit(resolved, named(resolved, requirement), workers or usable_cores(), tell, runs)
+        limit = Limit(resolved, named(resolved, requirement), workers or usable_cores(), tell, runs, False)
         size = max(5 * limit.dimensions, 16)
         edge = float(inverse(np.array([0.5 + 0.5 * within]))[0])
 
         def margins(z: np.ndarray) -> np.ndarray:
-            found = limit(z.T)
-            return np.where(np.isfinite(found), found, -np.inf)
+            scores = dict(zip(limit.streams, z, strict=True))
+            for group in resolved.data.sweep.correlate:
+                scores |= followed(scores, group.paths, group.matrix)
+            z = np.array(list(scores.values()))
+            within = (abs(z) <= edge).all(axis=0)
+            found = np.full(z.shape[1], np.inf)
+            reached = limit(z[:, within].T)
+            found[within] = np.where(np.isfinite(reached), reached, -np.inf)
+            return found
 
         differential_evolution(
             margins,

@@ -41,15 +41,15 @@ def _largest(sizes: Sizes, at: Workspace, n: int, now: Lanes) -> Lanes:
 
 
 @apart
-def hold(sizes: Sizes, at: Workspace, values: Address, band: Lanes) -> None:
+def hold(sizes: Sizes, at: Workspace, values: Address) -> None:
     """What conditions of events at the address `values` are where rounding is no change: true where they were true and
-    have not fallen by more than this `band` of their largest size since then. A motor that is switched off when it
+    have not fallen by more than the `BAND` since then. A motor that is switched off when it
     turns, and falls to 0, has; what is locked on its limit has not, and where it lies beside it is rounding, as is the
     speed of what rests."""
     for n in range(sizes.events):
         now, was, peak = load(values, n), load(at.conditions, n), load(at.conditions, layout.peak_row(sizes) + n)
         largest = _largest(sizes, at, n, now)
-        stays = (was > 0.0) & (now <= 0.0) & (peak - now <= band * largest)
+        stays = (was > 0.0) & (now <= 0.0) & (peak - now <= BAND * largest)
         faint = (was <= 0.0) & (now > HOLDS) & (now <= AT_ROOT * largest)
         store(values, n, choose(stays, splat(HOLDS), choose(faint, splat(0.0), now)))
 
@@ -61,12 +61,14 @@ def hold_before(sizes: Sizes, at: Workspace, values: Address) -> None:
     and turned it back at once. Of a relay, `s < 0` and `s > 0`, none would be sought again else."""
     since = load(at.lanes, T) - load(at.lanes, UNTIL) + load(at.clock, layout.LENGTH)
     at_once = since <= TURNS * load(at.lanes, T)
+    band = choose(at_once, splat(0.0), splat(0.5 * AT_ROOT))
     for n in range(sizes.events):
         now, was, peak = load(values, n), load(at.conditions, n), load(at.conditions, layout.peak_row(sizes) + n)
         largest = _largest(sizes, at, n, now)
-        falls = (was > 0.0) & (now <= AT_ROOT * largest) & (at_once | (peak > BAND * largest))
-        store(values, n, choose(falls, choose(now < 0.0, now, 0.0), now))
-    hold(sizes, at, values, choose(at_once, splat(0.0), splat(0.5 * AT_ROOT)))
+        falls = (was > 0.0) & (now > 0.0) & (now <= AT_ROOT * largest) & (at_once | (peak > BAND * largest))
+        stays = (was > 0.0) & (now <= 0.0) & (peak - now <= band * largest)
+        faint = (was <= 0.0) & (now > HOLDS) & (now <= AT_ROOT * largest)
+        store(values, n, choose(stays, splat(HOLDS), choose(falls | faint, splat(0.0), now)))
 
 
 @apart

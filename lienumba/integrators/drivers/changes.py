@@ -79,7 +79,6 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
-from lienumba.integrators.truth import BAND
 from lienumba.numerics.operations import HOLDS
 
 ROUNDS = 64  # at one time
@@ -173,7 +172,7 @@ def change(
                 call(kernels[layout.KICK], x, p, at.clock, impulses, at.now, at.work)
                 stages.commit(begins, x, at.now, layout.state_rows(sizes))
         call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
-        hold(sizes, at, at.following, splat(BAND))
+        hold(sizes, at, at.following)
         for lane in range(W):
             if rows[first.lanes + CHANGED, lane] != 0.0:
                 _renew(sizes, first, rows, runs, queue, plan, lane, end)

@@ -101,7 +101,7 @@ def locate(
     newest_low, part = splat(1.0), before / (before - after)  # whether the last value is that of `low`; of the way on
     part = choose(part > FLAT, part, 0.5)
     finest = finest_part(t, length)
-    least, reach, left = finest, finest, lanes
+    least, reach, left, passed = finest, finest, lanes, splat(0.0)
     for _ in range(LONGEST_SEARCH):
         if not any_lane(left):
             break
@@ -110,7 +110,11 @@ def locate(
         x = a + part * (b - a)
         f = sense * _margins(kernels, kernel, at, first, rows, t, length, x)
         true = f > 0.0
-        _raise_peaks(at, peaks, events, left & (f <= 0.0))
+        if events > 0:  # of places before the root the first is farthest from it
+            early = left & (f <= 0.0) & (passed == 0.0)
+            if any_lane(early):
+                _raise_peaks(at, peaks, events, early)
+                passed = choose(early, splat(1.0), passed)
         replaced, f_replaced = choose(true, high, low), choose(true, f_high, f_low)
         third, f_third = choose(left, replaced, third), choose(left, f_replaced, f_third)
         high, f_high = choose(left & true, x, high), choose(left & true, f, f_high)
@@ -323,7 +327,6 @@ def search(
     """Find the times of the conditions that are SOUGHT in the lanes `seeks`."""
     exact, peaks = kernels[layout.EXPAND] != 0, at.conditions + ROW * layout.peak_row(sizes)
     _near(kernels, sizes, nodes, at, first, rows, plan, seeks, t, length)
-    _raise_peaks(at, peaks, sizes.events, load(at.lanes, NEAR) != 0.0)
     far = seeks & (load(at.lanes, NEAR) == 0.0)
     if any_lane(far):
         stages.extend(kernels, sizes, nodes, at, t, length, load(at.lanes, UNTIL))

@@ -37,7 +37,6 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
-from lienumba.integrators.truth import BAND
 from lienumba.numerics.operations import absolute, minimum
 
 SLIGHT = 1e-12  # of the largest normal force, of the largest speed so far, of a length: what is less is 0
@@ -173,7 +172,7 @@ def _see(
     call(kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, new, at.work)
     keep_rates(sizes, at, new)
     fails = certificates.judge(sizes, at, plan)  # before times of conditions take the place of these rows
-    hold(sizes, at, new, splat(BAND))
+    hold(sizes, at, new)
     jumps = good & (until == load(at.lanes, JUMP)) & (until < end)
     if any_lane(jumps):
         store(at.clock, layout.TIME, until * BEHIND)

@@ -15,10 +15,15 @@ if TYPE_CHECKING:
 
 
 def draw(
-    scenario: "Scenario", labels: Sequence[int], uniforms: Mapping[str, np.ndarray] | None = None
+    scenario: "Scenario",
+    labels: Sequence[int],
+    uniforms: Mapping[str, np.ndarray] | None = None,
+    *,
+    correlate: bool = True,
 ) -> dict[str, np.ndarray]:
     """Samples (runs,) of every number that varies, by its path, for any of the runs; a run is the same in all of them.
-    uniforms: numbers in (0, 1) by the names of all streams, instead of those that the sampler draws.
+    uniforms: numbers in (0, 1) by the names of all streams, instead of those that the sampler draws; correlate: whether
+    they are independent as yet.
 
     What `build` needs to know of these runs: a quaternion or an inertia is there with all its components.
     """
@@ -30,7 +35,7 @@ def draw(
         sweep.seed,
         sampler=sweep.sampler,
         count=sweep.runs,
-        correlate=[(group.paths, group.matrix) for group in sweep.correlate],
+        correlate=[(group.paths, group.matrix) for group in sweep.correlate if correlate],
         table=sweep.table,
         proposals=sweep.proposal,
         uniforms=uniforms,

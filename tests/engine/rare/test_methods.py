@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scipy import integrate, stats
 
-from lienumba.engine.rare.methods import METHODS, Estimate, design_points
+from lienumba.engine.rare.design_points import design_points
+from lienumba.engine.rare.estimate import Estimate
+from lienumba.engine.rare.methods import METHODS
 from lienumba.errors import ScenarioError
 
 RARE = 1e-6
@@ -35,6 +37,28 @@ CASES: dict[str, Case] = {
     "all round": (lambda z: SHELL - (z * z).sum(axis=1), 3, RARE),
     "many inputs": (lambda z: FAR - z.sum(axis=1) / np.sqrt(z.shape[1]), 40, RARE),
     "four planes": (lambda z: CORNER - abs(z[:, :2]).max(axis=1), 3, RARE),
+    "exponentials": (lambda z: 16.7 + stats.norm.logsf(z).sum(axis=1), 2, 17.7 * float(np.exp(-16.7))),
+    "many and two exponentials": (
+        lambda z: 16.7 + stats.norm.logsf(z[:, :2]).sum(axis=1),
+        20,
+        17.7 * float(np.exp(-16.7)),
+    ),
+    "three exponentials": (lambda z: 19.0 + stats.norm.logsf(z).sum(axis=1), 3, float(stats.gamma.sf(19.0, 3))),
+    "jump": (
+        lambda z: 4.5 - z[:, 0] - 2.0 * (z[:, 1] > stats.norm.isf(0.01)),
+        2,
+        float(0.99 * stats.norm.sf(4.5) + 0.01 * stats.norm.sf(2.5)),
+    ),
+    "flat at first": (
+        lambda z: np.minimum(4.3**3 - z[:, 0] ** 3, 4.5 - abs(z[:, 1])),
+        2,
+        float(1.0 - stats.norm.cdf(4.3) * (1.0 - 2.0 * stats.norm.sf(4.5))),
+    ),
+    "behind another": (
+        lambda z: np.minimum(5.0 - z[:, 0], 10.0 * (z[:, 1] + 4.0)),
+        2,
+        float(1.0 - stats.norm.cdf(5.0) * stats.norm.cdf(4.0)),
+    ),
     "seldom": (lambda z: 1.9 - z[:, 0], 2, float(stats.norm.sf(1.9))),
     "likely": (lambda z: 1.0 - z[:, 0], 2, float(stats.norm.sf(1.0))),
 }
@@ -45,7 +69,12 @@ def repeated(method: str, case: str, runs: int) -> list[Estimate]:
     return [METHODS[method](margins, d, runs, seed, 0.95) for seed in range(REPEATS)]
 
 
-@pytest.mark.parametrize("case", [case for case in CASES if case != "many inputs"])
+BENT = [
+    "exponentials", "many and two exponentials", "three exponentials", "jump", "flat at first", "behind another",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("case", [case for case in CASES if case not in ("many inputs", *BENT)])
 def test_subset_simulation_holds_what_its_interval_says(case: str) -> None:
     found, p = repeated("subset", case, 2400), CASES[case][2]
     assert np.mean([x.low <= p <= x.high for x in found]) > 0.86
@@ -59,6 +88,21 @@ def test_importance_sampling_holds_what_its_interval_says(case: str) -> None:
     assert np.mean([x.low <= p <= x.high for x in found]) > 0.96
     assert np.mean([x.probability for x in found]) == pytest.approx(p, rel=0.015)
     assert max(x.runs for x in found) <= 20_000
+
+
+@pytest.mark.parametrize("case", BENT)
+def test_importance_sampling_finds_what_lies_far_from_design_points(case: str) -> None:
+    """Limits that bend about the origin, that jump, and regions that no start leads to."""
+    found, p = repeated("importance", case, 6000), CASES[case][2]
+    assert np.mean([x.low <= p <= x.high for x in found]) > 0.94
+    assert np.mean([x.probability for x in found]) == pytest.approx(p, rel=0.015)
+
+
+def test_the_nearest_of_all_regions_is_told_first() -> None:
+    for case, nearest in (("flat at first", 4.3), ("behind another", 4.0)):
+        (found,) = [METHODS["importance"](*CASES[case][:2], 2000, 1, 0.95)]
+        assert found.distances[0] == pytest.approx(nearest, rel=0.03)
+        assert (np.diff(found.distances) >= 0.0).all()
 
 
 @pytest.mark.parametrize("case", ["plane", "many inputs", "two sides"])

@@ -92,6 +92,21 @@ def test_the_worst_of_a_box_is_its_corner() -> None:
     assert found.sizes["run"] <= 850
 
 
+@pytest.mark.parametrize(
+    ("correlation", "corner"), [(0.6, (3, 3, -3)), (-0.9, (3, 3, -3)), (1.0, (3, 3, -3)), (-1.0, (-3, 3, -3))]
+)
+def test_correlated_inputs_stay_within_their_own_bounds(correlation: float, corner: tuple[int, ...]) -> None:
+    """One went on to 4.2 of its own standard deviations. Where one follows from the other, both are within them."""
+    data = flight(away(SPREAD))
+    paths = [f"bodies.b.velocity[{n}]" for n in range(3)]
+    matrix = [[1, correlation], [correlation, 1]]
+    data["sweep"]["correlate"] = [{"paths": paths[:2], "matrix": matrix}]
+    found = lienumba.worst(data, runs=2000)
+    scores = (np.stack([found[path] for path in paths]) - MEAN[:, None]) / STD[:, None]
+    assert abs(scores).max() < 3.0001
+    np.testing.assert_allclose(scores[:, list(found.run).index(found.worst)], corner, atol=2e-2)
+
+
 REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"requirement": "neer"}, 'the scenario has no requirement "neer"; the nearest known name is "near"'),
     ({"method": "magic"}, 'method = "magic": is not known'),
