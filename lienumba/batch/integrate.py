@@ -14,6 +14,7 @@ from lienumba.integrators.layout import (
     ACT_NUMBERS,
     KEPT_NUMBERS,
     KEPT_ROWS,
+    KEPT_TIME,
     KEPT_TRUE,
     KEPT_UNDEFINED,
     NEWTON,
@@ -175,7 +176,9 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
         for x in (told.event_times, told.event_counts, told.changes, told.change_counts, told.energy_lost)
     )
     kept = per_run(told.kept, count).reshape(count, -1, KEPT_ROWS)
+    never = np.isnan(kept[:, :, KEPT_TIME]) & (kept[:, :, KEPT_UNDEFINED] == 0.0)
     kept = np.where(kept[:, :, KEPT_UNDEFINED, None] == 0.0, kept[:, :, :KEPT_TRUE], np.nan)
+    kept[never, KEPT_TIME] = np.inf
     at_events, on = _at_events(batch, told, parameters), on_row(machine.sizes)
     modes = per_run(states[:, on : on + machine.sizes.switches], count)
     last = place(machine, states, parameters, batch.bodies).transpose(0, 2, 1).reshape(blocks * W, -1)[:count]

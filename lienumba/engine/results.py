@@ -310,6 +310,10 @@ class Results:
                     records[field.name] = values if kept.all() else values[kept]
             found[table] = records
         self.judges.judge(found["run"])
+        for name, formula in self.resolved.parameters.measures.items():
+            if formula.times:  # a time that there is not; whoever judged has seen that it is late, or early
+                column: Any = found["run"][name]
+                column[np.isinf(column)] = np.nan
         if self.resolved.weighted:
             found["run"][WEIGHT] = weights(self.resolved, labels)
         return Piece(found, chunk.seconds)

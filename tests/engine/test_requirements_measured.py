@@ -40,6 +40,33 @@ def test_steps_of_one_length_and_no_other_measure() -> None:
     np.testing.assert_array_equal(ds["near"], 0.5)
 
 
+def test_what_never_holds_does_so_late_and_has_done_so_early() -> None:
+    """The runs that never leave a band have settled, and were told to have failed; what is undefined, still is."""
+    limit = "abs(hinge_at.angle) > 0.25"
+    ds = lienumba.run(
+        asked(
+            {"name": "settles", "value": f"last_time({limit})", "below": 1.7},
+            {"name": "settles at all", "value": f"max(last_time({limit}), 0)", "below": 1.7},
+            {"name": "late", "value": "late", "below": None, "above": 0.5},
+            {"name": "soon", "value": "first_time(hinge_at.angle > 0.25)", "below": 1.0},
+            {"name": "undefined", "value": "last_time(sqrt(hinge_at.angle - 0.1) > 2)", "below": 1.7},
+            measures=[{"name": "late", "value": f"first_time({limit})"}],
+        )
+    )
+    push, good = ds["parameters.push"].values, ds.status.values == 0
+    never = 2 * push / 0.1 / 9.0 < 0.25
+    assert 0 < never.sum() < good.sum() == 40
+    np.testing.assert_array_equal(np.isnan(ds["settles"]), never)
+    np.testing.assert_array_equal(np.isnan(ds["late"]), never)
+    np.testing.assert_array_equal(ds["settles at all"][never], 0.0)
+    last = np.where(never, -np.inf, ds["settles"])
+    first = np.where(never, np.inf, ds["late"])
+    for n, met in enumerate((last < 1.7, last < 1.7, first > 0.5, first < 1.0, np.zeros(40, bool))):
+        np.testing.assert_array_equal(ds.requirement_met[:, n], met)
+    np.testing.assert_array_equal(ds.requirement_margin[never, 0], np.inf)
+    np.testing.assert_array_equal(ds.requirement_margin[never, 3], -np.inf)
+
+
 REFUSED = [
     ({"value": "max(hinge_at.angel)"}, 'requirements.near.value = "max(hinge_at.angel)": has the unknown name'),
     ({"value": "maximum(hinge_at.angle)"}, "calls the unknown function"),
