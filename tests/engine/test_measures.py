@@ -282,6 +282,11 @@ WRONG = {
     "max(mean(p.z))": "has mean(p.z) inside of max, but that is one number for the whole run; compute with it outside "
     "of max",
     "at(p.z, hitt)": 'has "hitt", which is no event and no number; the nearest known name is "hit"',
+    "at(p.z, -1)": "asks for a value at -1.0 s, but runs go from 0 to 1.0 s; give a time in between, or write "
+    "final(...)",
+    "at(p.z, 1.5)": "asks for a value at 1.5 s, but runs go from 0 to 1.0 s; give a time in between",
+    "at(p.z, t)": 'gives at "t", which changes with time, where it takes a time or event; give a number or a '
+    "parameter, or the name of an event",
     "max(p.zz)": 'has the unknown name "p.zz"; the nearest known name is "p.z"',
     "count(p.z)": 'gives count the number "p.z", it takes a condition; compare it, such as in pointing.angle > 0.1',
     "max(p.z > 1)": 'gives max the condition "p.z > 1" where it takes a number; write max(pointing.angle, t > 5); how '
@@ -301,6 +306,13 @@ def test_what_is_wrong_with_a_formula_is_said(text: str, sentence: str) -> None:
     with pytest.raises(ScenarioError) as caught:
         measured([text], integrator={"step": 0.1, "end_time": 1.0})
     assert str(caught.value).startswith(f'measures.m0.value = "{text}": {sentence}')
+
+
+def test_measures_are_not_made_of_measures() -> None:
+    asked = [{"name": "high", "value": "max(p.z)"}, {"name": "twice", "value": "2*high"}]
+    said = r"uses the measure \"high\", but a measure is made of the course of a run.*write the formula of high in its"
+    with pytest.raises(ScenarioError, match=said):
+        lienumba.run(THROW | {"measures": asked, "integrator": {"step": 0.1, "end_time": 1.0}})
 
 
 def test_names_that_are_taken_are_refused() -> None:

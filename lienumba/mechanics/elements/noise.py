@@ -132,10 +132,10 @@ class Band(RandomNoise):
     every: Positive = Field(description="the interval between two samples in s, above 0")
     frequency: Positive | None = Field(
         default=None,
-        description="of the low pass in Hz, above 0: where the power is halved, or of the oscillator (or omit it: "
+        description="that of the low pass in Hz, above 0: where the power is halved, or of the oscillator (or omit it: "
         f"{SLOWER:g}/every)",
     )
-    order: Literal[1, 2] = Field(default=1, description="of the low pass, 1 or 2")
+    order: Literal[1, 2] = Field(default=1, description="that of the low pass, 1 or 2")
     damping: Positive | None = Field(
         default=None, description="the damping ratio of order 2, above 0 (or omit it: 0.7071, as flat as can be)"
     )

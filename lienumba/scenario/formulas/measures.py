@@ -6,8 +6,9 @@ arithmetic of such numbers.
 
 import ast
 import copy
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any
 
 from lienumba.keys.formulas import explained
@@ -20,7 +21,14 @@ from lienumba.scenario.formulas.parameters import TIME, Parameters
 from lienumba.words import listed, plural, suggestion
 
 
-def measure(text: str, parameters: Parameters, names: frozenset[str], events: Mapping[str, str]) -> MeasureFormula:
+def measure(
+    text: str,
+    parameters: Parameters,
+    names: frozenset[str],
+    events: Mapping[str, str],
+    others: Collection[str] = (),
+    end: float = inf,
+) -> MeasureFormula:
     """A formula of a whole run.
 
     Parameters
@@ -33,6 +41,10 @@ def measure(text: str, parameters: Parameters, names: frozenset[str], events: Ma
         All that formulas may read of a state, the time among it.
     events
         The conditions of events, by their names.
+    others
+        The names of other measures, which it may not use.
+    end
+        When the run ends at the latest (s).
 
     Raises
     ------
@@ -44,7 +56,7 @@ def measure(text: str, parameters: Parameters, names: frozenset[str], events: Ma
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         error = NotAFormulaError("is not a formula", 'write one such as "max(pointing.angle, t > 5)"')
         raise explained(text, error) from None
-    found = _Parsing(parameters, names, events)
+    found = _Parsing(parameters, names, events, others, end)
     outer = found.visit(copy.deepcopy(tree))
     if not any(isinstance(node, ast.Call) and _reduces(node) for node in ast.walk(tree)):
         rule = "is no number of a whole run"
@@ -67,6 +79,8 @@ class _Parsing(ast.NodeTransformer):
     parameters: Parameters
     names: frozenset[str]
     events: Mapping[str, str]
+    others: Collection[str]
+    end: float
     signals: list[Formula] = field(default_factory=list)
     kept: list[Kept] = field(default_factory=list)
 
@@ -110,7 +124,10 @@ class _Parsing(ast.NodeTransformer):
             raise ExpressionError(f'uses "{name}", which has several numbers', f"write {' or '.join(below)}")
         if name in REDUCERS or name in FUNCTIONS:
             raise ExpressionError(f'uses "{name}" without arguments', f"write {name}(...)")
-        raise ExpressionError(f'has the unknown name "{name}"', suggestion(name, [*self.names, *REDUCERS]))
+        if name in self.others:
+            rule = f'uses the measure "{name}", but a measure is made of the course of a run, not of other measures'
+            raise ExpressionError(rule, f"write the formula of {name} in its place")
+        raise ExpressionError(f'has the unknown name "{name}"', suggestion(name, [*sorted(self.names), *REDUCERS]))
 
     def _reduced(self, name: str, node: ast.Call) -> ast.expr:
         reducer, args = REDUCERS[name], node.args
@@ -165,8 +182,20 @@ class _Parsing(ast.NodeTransformer):
                 raise ExpressionError(f'has "{name}", an event and a number', "give one of the two another name")
             return ast.parse(self.events[name].strip(), mode="eval").body
         if isinstance(node, ast.Name) and name not in self.names and name not in CONSTANTS:
-            known = [*self.events, *self.names]
+            known = [*self.events, *sorted(self.names)]
             raise ExpressionError(f'has "{name}", which is no event and no number', suggestion(name, known))
+        numbers = {*CONSTANTS, *self.parameters.numbers, *self.parameters.formulas}
+        changing = sorted({text for x in ast.walk(node) if (text := dotted(x)) in self.names} - numbers)
+        if changing:
+            rule = f'gives at "{ast.unparse(node)}", which changes with time, where it takes a time or event'
+            raise ExpressionError(rule, "give a number or a parameter, or the name of an event")
+        try:
+            time = float(Formula(ast.unparse(node), frozenset())(0.0))
+        except ExpressionError:
+            return ast.Compare(ast.Name(TIME), [ast.GtE()], [node])  # of parameters, which may vary
+        if not 0.0 <= time <= self.end:
+            rule = f"asks for a value at {time!r} s, but runs go from 0 to {self.end!r} s"
+            raise ExpressionError(rule, "give a time in between, or write final(...)")
         return ast.Compare(ast.Name(TIME), [ast.GtE()], [node])
 
 

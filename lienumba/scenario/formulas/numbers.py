@@ -5,6 +5,7 @@ that reads a table or a quantity has no value before the run: its place holds `S
 """
 
 from dataclasses import replace
+from math import inf
 
 from lienumba.errors import Problem
 from lienumba.keys.facts import is_text
@@ -68,11 +69,18 @@ def take(raw: Keys) -> tuple[Parameters, list[Problem]]:
     problems = _taken_names(parameters, model)
     taking = _Taking(parameters, known, model, problems)
     taking.every()
-    return replace(parameters, measures=_measures(parameters, taking.names, model, problems)), problems
+    measures = _measures(parameters, taking.names, model, _end(raw), problems)
+    return replace(parameters, measures=measures), problems
+
+
+def _end(raw: Keys) -> float:
+    """When runs end, as far as that is known as yet."""
+    end = table_in(raw, "integrator").get("end_time")
+    return float(end) if isinstance(end, int | float) else inf
 
 
 def _measures(
-    parameters: Parameters, names: frozenset[str], model: object, problems: list[Problem]
+    parameters: Parameters, names: frozenset[str], model: object, end: float, problems: list[Problem]
 ) -> dict[str, MeasureFormula]:
     """What runs are asked for as a whole, by name; also by requirements, whose values may be such formulas."""
     found: dict[str, MeasureFormula] = {}
@@ -94,7 +102,7 @@ def _measures(
             problems.append(Problem(paths.written((*place, "name")), rule, remedy, name))
             continue
         try:
-            found[name] = measure(text, parameters, names, events)
+            found[name] = measure(text, parameters, names, events, own - {name}, end)
         except ExpressionError as error:
             problems.append(error.at(paths.written((*place, "value")), text))
     return found
@@ -224,8 +232,8 @@ class _Taking:
             return rule, "put it into a force"
         if not _may_vary(tokens):
             what = read[0] if read else sorted(formula.used & self.parameters.tables.keys())[0]
-            rule = f"reads {what}, but is one number for the whole run"
-            return rule, "use parameters only, or put it into a force"
+            rule, remedy = f"reads {what}, but is one number for the whole run", "use parameters only"
+            return rule, remedy if tokens[0] in JUDGING else f"{remedy}, or put it into a force"
         if tokens[0] in ("quantities", "events"):
             return None
         allowed, why = self.allowed(tokens)

@@ -86,7 +86,7 @@ class Output(Section):
     )
     max_changes: Annotated[int, Field(strict=True, ge=1, le=100_000)] = Field(
         default=16,
-        description="of how many changes of a run it is stored when and what they were, from 1 to 100,000; all are "
+        description="how many changes of a run are stored with when and what they were, from 1 to 100,000; all are "
         "counted",
     )
     full_runs: str | None = Field(

@@ -23,13 +23,13 @@ class Stop(Section):
     )
     statistic: Literal["mean", "quantile"] = Field(default="mean", description='"mean" or "quantile"')
     probability: Share | None = Field(
-        default=None, description="of the quantile, between 0 and 1: 0.95 is what 95 % of the runs stay below"
+        default=None, description="the part of the quantile, between 0 and 1: 0.95 is what 95 % of the runs stay below"
     )
     width: Positive | None = Field(
         default=None,
         description="the width of the confidence interval, from end to end, in the variable's unit, above 0",
     )
-    confidence: Share = Field(default=0.95, description="of the interval, between 0 and 1")
+    confidence: Share = Field(default=0.95, description="that of the interval, between 0 and 1")
     every: Count = Field(
         default=100, description="a whole number of runs after which it is decided, each time, at least 1"
     )

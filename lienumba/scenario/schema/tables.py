@@ -43,7 +43,7 @@ class InputFile(InputType, _Table):
     file: str = Field(description="the path of a CSV or netCDF file, or of a dataset, relative to the scenario")
     time: str | None = Field(default=None, description='the column of the times (or omit it: "t" or "time")')
     value: str = Field(description='the column of the values; of a dataset such as "tau[elbow]"')
-    run: int = Field(default=0, description="of a dataset, the run")
+    run: int = Field(default=0, description="the run, of a dataset")
     delay: Number = Field(default=0.0, description="by how much later in s it is played")
 
 
@@ -57,7 +57,7 @@ class Recording(InputType, _Table):
         description="the columns by the names of the inputs, a list of columns, or the name of a variable of a dataset "
         'that has several, such as "tau" (or omit it: all columns)',
     )
-    run: int = Field(default=0, description="of a dataset, the run")
+    run: int = Field(default=0, description="the run, of a dataset")
     prefix: str = Field(default="", description="what the names of the inputs begin with, before those of the columns")
     delay: Number = Field(default=0.0, description="by how much later in s it is played")
 
