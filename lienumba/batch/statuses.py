@@ -44,8 +44,8 @@ STATUSES = (
     Status(
         NOT_ASSEMBLED,
         "not_assembled",
-        "no initial state that fulfils the joints was found for the sampled values; give fewer initial values, or "
-        "less spread",
+        "no initial state that fulfils the joints, and in which no contact overlaps, was found for the sampled values; "
+        "give fewer initial values, or less spread",
     ),
     Status(
         INVALID,

@@ -36,7 +36,9 @@ WorkersOption = Annotated[
 def rare(
     scenario: ScenarioArgument,
     requirement: RequirementOption = None,
-    method: Annotated[str, typer.Option("--method", metavar="METHOD", help="subset, importance or form.")] = "subset",
+    method: Annotated[
+        str, typer.Option("--method", metavar="METHOD", help="subset, importance, form or sorm.")
+    ] = "subset",
     runs: Annotated[
         int | None,
         typer.Option("--runs", metavar="N", help="Of each level of subset, or of importance.", show_default=False),
