@@ -365,7 +365,7 @@ def test_runs_may_finish_in_any_order() -> None:
         ({"statistic": "quantile"}, "sweep.stop.probability is missing; give that of the quantile, such as 0.95"),
         ({"probability": 0.5}, "sweep.stop.probability = 0.5: has no meaning for a mean; leave it out"),
         ({"width": 0}, "sweep.stop.width = 0: must be above 0; give the width of the confidence interval, from end"),
-        ({"confidence": 95}, "sweep.stop.confidence = 95: must be below 1; give of the interval, between 0 and 1"),
+        ({"confidence": 95}, "sweep.stop.confidence = 95: must be below 1; give that of the interval, between 0 and 1"),
         ({"every": 1000}, "sweep.stop.every = 1000: is never reached by sweep.runs = 400; give fewer, or more runs"),
         ({"colour": 1}, "sweep.stop.colour is not a known key"),
     ],
