@@ -21,6 +21,7 @@ from lienumba.cli.linear import equilibrium, modes
 from lienumba.cli.rare import rare, worst
 from lienumba.cli.running import merge, replay, run
 from lienumba.cli.showing import analyse, animate, compare, list_, plot, report, table
+from lienumba.present.terminal.console import hush
 
 app = typer.Typer(
     cls=Group,
@@ -72,5 +73,6 @@ def main() -> None:
     try:
         app()
     finally:
+        hush()
         for number in (signal.SIGINT, signal.SIGTERM):  # what ends Python itself says nothing of an interrupt
             signal.signal(number, signal.SIG_DFL)

@@ -21,11 +21,13 @@ end_time = 0.1
 """
 
 
+@pytest.mark.parametrize("unbuffered", ["", "1"])
 @pytest.mark.parametrize("redirection", ["2>&-", ">&-", "2>&1 | true", ">/dev/full 2>/dev/full"])
-def test_a_stream_that_takes_nothing(redirection: str, tmp_path: Path) -> None:
+def test_a_stream_that_takes_nothing(redirection: str, unbuffered: str, tmp_path: Path) -> None:
     (tmp_path / "fall.toml").write_text(SCENARIO, encoding="utf-8")
     command = f"{sys.executable} -m lienumba run fall.toml {redirection}"
-    done = subprocess.run(["bash", "-c", command], cwd=tmp_path, capture_output=True, text=True)
+    environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
+    done = subprocess.run(["bash", "-c", command], cwd=tmp_path, capture_output=True, text=True, env=environment)
     assert (tmp_path / "fall.nc").exists(), done.stderr
     assert done.returncode == 0, done.stderr
 

@@ -81,8 +81,10 @@ def follow(sizes: Sizes, at: Workspace, values: Address, rates: Address, lanes: 
         store(peaks, n, choose(lanes, choose(was > 0.0, maximum(peak, now), now), peak))
         store(peaks, layout.EXTENT * sizes.events + n, choose(lanes, maximum(largest, absolute(now)), largest))
         store(at.conditions, n, choose(lanes, now, was))
-        rate = layout.RATE * sizes.events + n
-        store(peaks, rate, choose(lanes, load(rates, n), load(peaks, rate)))
+        rate, row, most = load(rates, n), layout.RATE * sizes.events + n, layout.SWIFTEST * sizes.events + n
+        store(peaks, row, choose(lanes, rate, load(peaks, row)))
+        swiftest = load(peaks, most)
+        store(peaks, most, choose(lanes & (absolute(rate) > swiftest), absolute(rate), swiftest))
 
 
 @inlined

@@ -65,7 +65,7 @@ def _value(sizes: Sizes, at: Workspace, n: int, k: int, last: int) -> Lanes:
 
 
 @inlined
-def _rate(sizes: Sizes, at: Workspace, n: int, k: int, last: int) -> Lanes:
+def rate_of(sizes: Sizes, at: Workspace, n: int, k: int, last: int) -> Lanes:
     """Its rate there (1/s), NaN where it is not known."""
     if n >= sizes.events:
         return splat(np.nan)
@@ -76,7 +76,7 @@ def _rate(sizes: Sizes, at: Workspace, n: int, k: int, last: int) -> Lanes:
 
 
 @inlined
-def _least(sizes: Sizes, at: Workspace, n: int, before: Lanes) -> Lanes:
+def least_of(sizes: Sizes, at: Workspace, n: int, before: Lanes) -> Lanes:
     """By how much a condition has to be on the other side of 0: see `truth`, and `certificates`."""
     if n >= sizes.events:
         switch = (n - sizes.events) // layout.CONDITIONS
@@ -89,8 +89,8 @@ def _least(sizes: Sizes, at: Workspace, n: int, before: Lanes) -> Lanes:
 def keep_rates(sizes: Sizes, at: Workspace, new: int) -> None:
     """The rates at the end of the step, which the kernel `events` has written behind the address `new`."""
     for n in range(sizes.events):
-        row = layout.peak_row(sizes) + END_RATE * sizes.events + n
-        store(at.conditions, row, load(new, layout.rate_row(sizes) + n))
+        row, rate = layout.peak_row(sizes) + END_RATE * sizes.events + n, load(new, layout.rate_row(sizes) + n)
+        store(at.conditions, row, rate)
 
 
 @apart
@@ -111,7 +111,7 @@ def _may(sizes: Sizes, at: Workspace, n: int, length: Lanes, cut: Mask) -> Lanes
     before, after = _value(sizes, at, n, 0, 1), _value(sizes, at, n, 1, 1)
     side = choose(before > 0.0, splat(-1.0), splat(1.0))
     begin, end = side * before, side * after
-    p, q = side * length * _rate(sizes, at, n, 0, 1), side * length * _rate(sizes, at, n, 1, 1)
+    p, q = side * length * rate_of(sizes, at, n, 0, 1), side * length * rate_of(sizes, at, n, 1, 1)
     known = (p == p) & (q == q)
     p, q, mean = choose(known, p, 0.0), choose(known, q, 0.0), end - begin
     low, high = minimum(p, q), maximum(p, q)
@@ -120,7 +120,7 @@ def _may(sizes: Sizes, at: Workspace, n: int, length: Lanes, cut: Mask) -> Lanes
     reach = choose(known, by_rates(low, high, mean), by_changes(mean, last))
     reach = choose(known & (low >= few) & (high <= many), splat(0.0), reach)
     stays = choose(before > 0.0, choose(after > 0.0, 1.0, splat(0.0)), choose(after <= 0.0, 1.0, splat(0.0)))
-    return choose(cut | (maximum(begin, end) + reach > _least(sizes, at, n, before)), stays, 0.0)
+    return choose(cut | (maximum(begin, end) + reach > least_of(sizes, at, n, before)), stays, 0.0)
 
 
 @apart
@@ -219,11 +219,12 @@ def _seek_turn(
     times, before, after = at.conditions + ROW * 2 * layout.conditions(sizes), load(at.conditions, n), splat(0.0)
     inside, hits = layout.inside_row(sizes, last) + n, whole < 1.0
     side = choose(before > 0.0, splat(-1.0), splat(1.0))
-    least, rate, nowhere = _least(sizes, at, n, before), layout.rate_row(sizes) + n, splat(0.0) > 1.0
+    least, rate, nowhere = least_of(sizes, at, n, before), layout.rate_row(sizes) + n, splat(0.0) > 1.0
     low, high, f_low, f_high, left = splat(0.0), splat(-1.0), side * before, side * before, may
-    begin, f, r, panel = splat(0.0), side * before, side * _rate(sizes, at, n, 0, last), float(POINTS - 1) / float(last)
+    begin, f, r = splat(0.0), side * before, side * rate_of(sizes, at, n, 0, last)
+    panel = float(POINTS - 1) / float(last)
     for k in range(1, last + 1):
-        x, after, s = _place(k, last) * whole, _value(sizes, at, n, k, last), _rate(sizes, at, n, k, last)
+        x, after, s = _place(k, last) * whole, _value(sizes, at, n, k, last), rate_of(sizes, at, n, k, last)
         g, s = side * after, side * s
         if k == last:
             g = choose(hits, side * load(at.conditions, inside), g)
@@ -268,6 +269,16 @@ def _seek_turn(
 
 
 @apart
+def before_hits(sizes: Sizes, at: Workspace, plan: Plan, t: Lanes, length: Lanes) -> Lanes:
+    """The fraction of the open step at which something hits a stop or a contact, else 1."""
+    times, hit = at.conditions + ROW * 2 * layout.conditions(sizes), splat(NEVER)
+    for n in range(sizes.events, layout.conditions(sizes)):
+        if plan.switches[(n - sizes.events) // layout.CONDITIONS, SWITCH_KIND] == UNILATERAL:
+            hit = minimum(hit, choose(load(times, n) < load(at.lanes, UNTIL), load(times, n), NEVER))
+    return choose(hit < NEVER, (hit - t) / length, 1.0)
+
+
+@apart
 def seek_turns(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
     queue: Queue, plan: Plan, good: Mask, t: Lanes, length: Lanes,
@@ -275,16 +286,12 @@ def seek_turns(
     """Where conditions come true within the open step, though they are on the same side of 0 at both ends. Where
     something hits a stop or a contact, what is behind that is no motion: points are taken before it."""
     count, until, seen, never = layout.conditions(sizes), load(at.lanes, UNTIL), False, splat(0.0) > 1.0
-    times, hit = at.conditions + ROW * 2 * count, splat(NEVER)
-    for n in range(sizes.events, count):
-        if plan.switches[(n - sizes.events) // layout.CONDITIONS, SWITCH_KIND] == UNILATERAL:
-            hit = minimum(hit, choose(load(times, n) < until, load(times, n), NEVER))
-    cut = good & (hit < NEVER)
-    whole = choose(cut, (hit - t) / length, 1.0)
-    cut = cut | (good & (until == load(at.lanes, CUT)))
+    times, whole = at.conditions + ROW * 2 * count, before_hits(sizes, at, plan, t, length)
+    cut = good & ((whole < 1.0) | (until == load(at.lanes, CUT)))
     last = layout.INTERVALS if kernels[layout.EXPAND] != 0 else POINTS - 1
     for n in range(count):
-        may = good & (load(times, n) == NEVER) & (_may(sizes, at, n, length, cut if n < sizes.events else never) > 0.0)
+        may = _may(sizes, at, n, length, cut if n < sizes.events else never) > 0.0
+        may = may & good & (load(times, n) == NEVER)
         if n >= sizes.events and any_lane(may):
             may = may & (_holds(sizes, at, plan, n) > 0.0)
         if any_lane(may):

@@ -10,6 +10,7 @@ from lienumba.integrators.drivers import certificates, stages
 from lienumba.integrators.drivers.acting import PAST, follow, gather, hold, if_it_acts, pass_over, sift
 from lienumba.integrators.drivers.event_search import EDGE, LATER, SOUGHT, TOUCH, search
 from lienumba.integrators.drivers.event_turns import go_on, keep_rates, seek_turns
+from lienumba.integrators.drivers.event_waves import count_more, seek_first
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
 from lienumba.integrators.drivers.switching.reactions import STILL
 from lienumba.integrators.drivers.workspace import Rows
@@ -228,6 +229,7 @@ def find_events(
     if any_lane(sought != 0.0):
         search(kernels, sizes, nodes, at, first, rows, runs, queue, plan, sought != 0.0, t, length)
     seek_turns(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good, t, length)
+    seek_first(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good, t, length)
     for n in range(count):
         happened = choose(load(times, n) < NEVER, splat(1.0), happened)
     store(at.clock, layout.TIME, t)
@@ -261,6 +263,7 @@ def find_events(
                 rows[first.lanes + CHANGED, lane] = 1.0 if change < NEVER else 0.0
         rows[first.lanes + PICKED, lane] = leaves
     left = load(at.lanes, PICKED)
+    count_more(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good & (left >= 0.0), t, length, left)
     going, new = good & (left >= 0.0), at.conditions + ROW * count
     going = going & (load(at.lanes, CHANGED) == 0.0)
     store(at.lanes, STATUS, choose(going & (fails != 0.0), fails, load(at.lanes, STATUS)))

@@ -39,9 +39,19 @@ def say(text: object, err: bool = False) -> None:
             raise WriteError(f"what is to be printed cannot be ({why}); make room, or print it elsewhere") from None
 
 
-def _speak_to_nobody() -> None:
+def _speak_to_nobody(stream: str = "stdout") -> None:
     with suppress(Exception):
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115  else Python complains when it flushes at exit
+        setattr(sys, stream, open(os.devnull, "w"))  # noqa: SIM115  else Python complains when it flushes at exit
+
+
+def hush() -> None:
+    """Streams that do not take what they still hold, as the program ends, change no exit code: what had to be said was,
+    or has told why it could not be."""
+    for stream in ("stdout", "stderr"):
+        try:
+            getattr(sys, stream).flush()
+        except (OSError, ValueError, AttributeError):
+            _speak_to_nobody(stream)
 
 
 @contextmanager

@@ -232,3 +232,40 @@ def test_what_is_shaken_lets_go_for_a_moment(axis: list[int], method: str, integ
     expected = np.where(k > 1, crest / w, np.inf)
     assert 15 < (k[certain] > 1).sum() < 35
     np.testing.assert_allclose(first[certain], expected[certain], rtol=1e-7)
+
+
+@pytest.mark.parametrize("integrator", LONG, ids=str)
+def test_what_happens_several_times_in_a_step_is_counted(integrator: dict[str, Any]) -> None:
+    """Lines that a body flies past, and its turns: neither asks for short steps. What ends the flight does so where it
+    comes true first."""
+    ds = simulated(
+        {"bodies": [BODY | {"inertia": [0.3] * 3, "velocity": [1, 0, 0], "angular_velocity": [0, 0, 4]}]},
+        [
+            {"name": "line", "when": "sin(wave*(p.x - first)) > 0"},
+            {"name": "turn", "when": "mark.y > 0.5"},
+            {"name": "end", "when": "sin(3*(p.x - 0.2 - last)) > 0.5 and p.x > last", "action": "stop"},
+        ],
+        integrator | {"end_time": 4.0},
+        quantities=[PLACE, {"name": "mark", "type": "point", "body": "b", "point": [1, 0, 0]}],
+        parameters={"wave": 10.0, "first": 0.1, "last": 1.0},
+        sweep={
+            "runs": 40,
+            "vary": {
+                "parameters.wave": {"distribution": "uniform", "low": 3, "high": 12},
+                "parameters.first": {"distribution": "uniform", "low": 0.05, "high": 0.2},
+                "parameters.last": {"distribution": "uniform", "low": 0.5, "high": 1.5},
+            },
+        },
+    )
+    wave, first, last = (ds[f"parameters.{name}"].values for name in ("wave", "first", "last"))
+    end = last + 0.2 + np.arcsin(0.5) / 3
+    np.testing.assert_allclose(ds["end_time"], end, rtol=1e-12)
+    lines = [
+        sum(1 for k in range(-3, 20) if 0 < f + 2 * np.pi * k / w <= e)
+        for f, w, e in zip(first, wave, end, strict=True)
+    ]
+    lines += np.sin(-wave * first) > 0  # from the start on
+    turns = np.floor((4.0 * end - np.arcsin(0.5)) / (2 * np.pi)) + 1
+    assert (np.asarray(lines) > 2).any()
+    np.testing.assert_array_equal(ds["event_count"].sel(event="turn"), turns)
+    np.testing.assert_array_equal(ds["event_count"].sel(event="line"), lines)
