@@ -26,7 +26,6 @@ from lienumba.integrators.drivers.acting import (
     turns,
     used,
 )  # fmt: skip
-from lienumba.integrators.drivers.closing import close, has_closed, project, widest_gap
 from lienumba.integrators.drivers.event_search import TOUCH
 from lienumba.integrators.drivers.events import SLIGHT, note
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
@@ -40,6 +39,7 @@ from lienumba.integrators.drivers.switching import (
     reactions,
     used_rows,
 )
+from lienumba.integrators.drivers.switching.closing import close, has_closed, project, widest_gap
 from lienumba.integrators.drivers.switching.reactions import Reactions
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
