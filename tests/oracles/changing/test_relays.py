@@ -61,3 +61,29 @@ def test_a_relay_crosses_its_line_or_chatters(method, integrator, band):
         x, v, stays = crossed(x, v, k)
         assert found.status.values[run] == (CHATTERING if stays else SUCCESS), (run, x, v, k)
         np.testing.assert_allclose(found.last_position.values[run, 0, 0], x, atol=3e-6)
+
+
+@pytest.mark.parametrize(("method", "integrator"), METHODS)
+def test_a_ball_leaves_its_floor_at_each_bounce(method, integrator):
+    """Between the fall and the rise its gap is 0: the event was missed where rounding had it above."""
+    contact = {"name": "c", "type": "sphere_plane", "bodies": ["b", "ground"], "points": [[0, 0, 0]] * 2, "radius": 0.1}
+    scenario = {
+        "parameters": {"h": 1.0},
+        "model": {
+            "gravity": [0, 0, -9.81],
+            "bodies": [{"name": "b", "mass": 1, "inertia": [1, 1, 1], "position": [0, 0, "h"]}],
+            "contacts": [contact | {"normal": [0, 0, 1], "restitution": 0.8}],
+        },
+        "quantities": [{"name": "p", "type": "point", "body": "b"}],
+        "events": [{"name": "off", "when": "p.z > 0.1"}, {"name": "on", "when": "p.z < 0.1"}],
+        "integrator": {"method": method, "end_time": 1.5} | integrator,
+        "output": {"every": 1.5},
+        "sweep": {"runs": 40, "vary": {"parameters.h": {"distribution": "uniform", "low": 0.5, "high": 1}}},
+    }
+    found = lienumba.run(scenario)
+    falls = np.sqrt(2 * (found["parameters.h"].values - 0.1) / 9.81)
+    bounces = np.array(
+        [sum(fall * (1 + 2 * sum(0.8**k for k in range(1, n))) < 1.5 for n in range(1, 20)) for fall in falls]
+    )
+    np.testing.assert_array_equal(found.event_count.sel(event="on"), bounces)
+    np.testing.assert_array_equal(found.event_count.sel(event="off"), bounces + 1)  # it begins above
