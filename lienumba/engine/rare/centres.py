@@ -90,11 +90,18 @@ def spread(margins: Margins, points: np.ndarray, rng: np.random.Generator) -> tu
     )
 
 
-def valleys(points: np.ndarray) -> np.ndarray:
-    """Those of the centres that are nearest to the origin among their neighbours, nearest first."""
-    points = points[np.argsort(np.linalg.norm(points, axis=1), kind="stable")]
+def valleys(points: np.ndarray, failures: np.ndarray) -> np.ndarray:
+    """Those of the centres that are nearest to the origin among their neighbours, nearest first; a failure beside one
+    of them that is nearer takes its place."""
+    points = _nearest_first(points)
     lone = [all(np.linalg.norm(x - y) > VALLEY for y in points[:n]) for n, x in enumerate(points)]
-    found: np.ndarray = points[lone]
+    beside = [failures[np.linalg.norm(failures - x, axis=1) < BETWEEN] for x in points[lone]]
+    own = zip(points[lone], beside, strict=True)
+    return _nearest_first(np.array([_nearest_first(np.vstack([x, near]))[0] for x, near in own]))
+
+
+def _nearest_first(points: np.ndarray) -> np.ndarray:
+    found: np.ndarray = points[np.argsort(np.linalg.norm(points, axis=1), kind="stable")]
     return found
 
 

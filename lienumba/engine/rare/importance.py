@@ -18,13 +18,14 @@ def importance(margins: Margins, dimensions: int, runs: int, seed: int, confiden
     rng = np.random.default_rng([seed, REPLICAS + 1])
     centres, more = spread(margins, points, rng)
     z, own = mixture(centres).drawn(runs, rng)
-    terms = np.where(finite(margins(z)) <= 0.0, own.weights(z), 0.0)
+    fails = finite(margins(z)) <= 0.0
+    terms = np.where(fails, own.weights(z), 0.0)
     mean = float(terms.mean())
     if not mean > 0.0:  # none of so many; weights are at most 1/DEFENSIVE
         low, high = 0.0, min(float(proportion(0, runs, confidence)[1]) / DEFENSIVE, 1.0)
     else:
         free = min(freedom(terms - mean), runs - 1)
         low, high = around(mean, float(student(terms.std(ddof=1), runs, free, confidence)) / mean)
-    probable = valleys(centres)
+    probable = valleys(centres, z[fails])
     distances = np.linalg.norm(probable, axis=1)
     return Estimate("importance", mean, low, high, confidence, taken + more + runs, probable, distances)
