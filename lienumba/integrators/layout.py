@@ -97,7 +97,7 @@ INTERVALS = 4 * (POINTS - 1)  # in which conditions are looked at, where steps a
 ELSEWHERE, CHANGES, EARLIER, RATES = range(3 * POINTS, 3 * POINTS + 4)
 PAST = 2  # steps whose lengths (s) are known, 0 where they say nothing of what follows
 OPENS, SLIDES, CONDITIONS = range(3)  # conditions of each switch; see `switched.turning`
-PEAK, EXTENT, RATE, END_RATE, SWIFTEST, PEAKS = range(6)  # what is known of each event's condition; see `peak_row`
+PEAK, EXTENT, RATE, END_RATE, SWIFTEST, LAPSED, PEAKS = range(7)  # what is known of each event: see `peak_row`
 
 
 @kernel
@@ -239,8 +239,8 @@ def conditions(sizes: Sizes) -> int:
 @kernel
 def peak_row(sizes: Sizes) -> int:
     """Of each event the most that its condition has been while it is true; behind these the largest size that it has
-    been at all, its rates at the start and at the end of the open step (1/s, NaN where not known), and the largest size
-    that these have been; counted from the first condition."""
+    been at all, its rates at the start and at the end of the open step (1/s, NaN where not known), the largest size
+    that these have been, and when a change last made it false; counted from the first condition."""
     return conditions(sizes) + max(2 * conditions(sizes), event_rows(sizes))
 
 

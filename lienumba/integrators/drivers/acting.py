@@ -17,6 +17,7 @@ from lienumba.integrators.layout import (
     ONCE,
     RECORDS,
     RELEASES,
+    SETS,
     SWITCH_FIRST,
     SWITCH_ROWS,
     TARGET,
@@ -30,7 +31,7 @@ from lienumba.integrators.truth import AT_ROOT, BAND
 from lienumba.numerics.operations import HOLDS, absolute, maximum
 
 PAST = float("-inf")  # the time of what came true, and does nothing
-TURNS = 2.0**-30  # of a time: behind a change so short before nothing has come true for good
+TURNS = 2.0**-30  # of a time: what was made false so short before and comes true again was turned back
 AT_ONCE = 2.0**-46  # of a time, or of a step: what happens within this happens at one time
 
 
@@ -55,20 +56,30 @@ def hold(sizes: Sizes, at: Workspace, values: Address) -> None:
 
 
 @apart
-def hold_before(sizes: Sizes, at: Workspace, values: Address) -> None:
-    """The same directly before a change. What comes true with it may be what makes others false: what has fallen to 0
-    by then is false, and so is what is below 0 by more than rounding, or is 0 where the last change was just before,
-    and turned it back at once. Of a relay, `s < 0` and `s > 0`, none would be sought again else."""
-    since = load(at.lanes, T) - load(at.lanes, UNTIL) + load(at.clock, layout.LENGTH)
-    at_once = since <= TURNS * load(at.lanes, T)
-    band = choose(at_once, splat(0.0), splat(0.5 * AT_ROOT))
+def hold_before(sizes: Sizes, at: Workspace, plan: Plan, values: Address, lanes: Mask) -> None:
+    """The same directly before a change in these lanes. What comes true with it may be what makes others false: what
+    has fallen to 0 by then is false, and of what sets numbers what is below 0 by more than rounding. Where what comes
+    true was made false just before, changes turn each other back, and of these whatever is 0 is false: of a relay,
+    `s < 0` and `s > 0`, none would be sought again else. What is locked on its limit turns nothing back."""
+    t, times, again = load(at.lanes, T), 2 * layout.conditions(sizes), splat(0.0)
+    lapsed = layout.peak_row(sizes) + layout.LAPSED * sizes.events
     for n in range(sizes.events):
+        back = (load(at.conditions, times + n) == t) & (t - load(at.conditions, lapsed + n) <= TURNS * t)
+        again = choose(back, splat(1.0), again)
+    for n in range(sizes.events):
+        turned, band = again > 1.0, splat(BAND)
+        if plan.acts[n, ACTION] == SETS:
+            turned = again != 0.0
+            band = choose(turned, splat(0.0), splat(0.5 * AT_ROOT))
         now, was, peak = load(values, n), load(at.conditions, n), load(at.conditions, layout.peak_row(sizes) + n)
         largest = _largest(sizes, at, n, now)
-        falls = (was > 0.0) & (now > 0.0) & (now <= AT_ROOT * largest) & (at_once | (peak > BAND * largest))
+        falls = (was > 0.0) & (now > 0.0) & (now <= AT_ROOT * largest) & (turned | (peak > BAND * largest))
         stays = (was > 0.0) & (now <= 0.0) & (peak - now <= band * largest)
         faint = (was <= 0.0) & (now > HOLDS) & (now <= AT_ROOT * largest)
-        store(values, n, choose(stays, splat(HOLDS), choose(falls | faint, splat(0.0), now)))
+        held = choose(stays, splat(HOLDS), choose(falls | faint, splat(0.0), now))
+        store(values, n, held)
+        last = load(at.conditions, lapsed + n)
+        store(at.conditions, lapsed + n, choose(lanes & (was > 0.0) & (held <= 0.0), t, last))
 
 
 @apart

@@ -105,7 +105,7 @@ def change(
             return
         store(lanes, CHANGED, choose(pending, splat(1.0), splat(0.0)))
         call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
-        hold_before(sizes, at, at.following)
+        hold_before(sizes, at, plan, at.following, pending)
         if n == 0:  # what held directly before the change, for what becomes true by it
             follow(sizes, at, at.following, at.following + ROW * layout.rate_row(sizes), pending)
         jumps = False

@@ -7,9 +7,9 @@ the extension are not needed. A series is as good everywhere.
 
 import numpy as np
 
-from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, call, choose, load, matrix, splat, store
+from lienumba.compiler.lanes import Lanes, Mask, any_lane, call, choose, load, matrix, splat, store
 from lienumba.compiler.routines.marks import apart, inlined
-from lienumba.compiler.rows import ROW, W
+from lienumba.compiler.rows import W
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.dense_output import between
@@ -86,14 +86,12 @@ def look_within(kernels: np.ndarray, kernel: int, at: Workspace, t: Lanes, lengt
 @apart
 def locate(
     kernels: np.ndarray, kernel: int, at: Workspace, first: Workspace, rows: Rows, t: Lanes, length: Lanes,
-    begin: Lanes, end: Lanes, before: Lanes, after: Lanes, lanes: Mask, rough: Mask, sense: Lanes, peaks: Address,
-    events: int,
+    begin: Lanes, end: Lanes, before: Lanes, after: Lanes, lanes: Mask, rough: Mask, sense: Lanes,
 ) -> Lanes:  # fmt: skip
     """The fraction of the open step at which what a lane SEEKS is true, directly behind one at which it is not, in
     these lanes, as exactly as times are different numbers; before, after: what it is at the fractions `begin` and
     `end`; kernel: that says it (see `layout.ORDER`); sense: -1 where it is true below 0; rough: within `CLOSE_TO` will
-    do where it is not near an end of the step; peaks: the most that conditions of
-    this many events have been, which goes on to the root. By Chandrupatla's method, from a secant on: inverse quadratic
+    do where it is not near an end of the step. By Chandrupatla's method, from a secant on: inverse quadratic
     interpolation where three values allow it, else halves. Where the root stays on one side, it is felt for in steps
     that double: near it a condition is rounding, of which no interpolation makes sense."""
     low, high, f_low, f_high = begin, end, before, after
@@ -101,7 +99,7 @@ def locate(
     newest_low, part = splat(1.0), before / (before - after)  # whether the last value is that of `low`; of the way on
     part = choose(part > FLAT, part, 0.5)
     finest = finest_part(t, length)
-    least, reach, left, passed = finest, finest, lanes, splat(0.0)
+    least, reach, left = finest, finest, lanes
     for _ in range(LONGEST_SEARCH):
         if not any_lane(left):
             break
@@ -110,11 +108,6 @@ def locate(
         x = a + part * (b - a)
         f = sense * _margins(kernels, kernel, at, first, rows, t, length, x)
         true = f > 0.0
-        if events > 0:  # of places before the root the first is farthest from it
-            early = left & (f <= 0.0) & (passed == 0.0)
-            if any_lane(early):
-                _raise_peaks(at, peaks, events, early)
-                passed = choose(early, splat(1.0), passed)
         replaced, f_replaced = choose(true, high, low), choose(true, f_high, f_low)
         third, f_third = choose(left, replaced, third), choose(left, f_replaced, f_third)
         high, f_high = choose(left & true, x, high), choose(left & true, f, f_high)
@@ -128,14 +121,6 @@ def locate(
         part = choose(left, _part(low, f_low, high, f_high, third, f_third, newest_low == 1.0, reach), part)
     store(at.clock, layout.TIME, t)
     return high
-
-
-@inlined
-def _raise_peaks(at: Workspace, peaks: Address, events: int, lanes: Mask) -> None:
-    """What conditions of events are at a place before the root, in these lanes."""
-    for n in range(events):
-        most = load(peaks, n)
-        store(peaks, n, choose(lanes, maximum(most, load(at.following, n)), most))
 
 
 @inlined
@@ -273,7 +258,7 @@ def _dive(
         nowhere = dives & (deep < 0.0)
         part = locate(
             kernels, layout.EVENTS, at, first, rows, t, length, splat(0.0), fraction, -deep, deep, dives, nowhere,
-            splat(1.0), at.conditions, 0,
+            splat(1.0),
         )  # fmt: skip
         store(at.lanes, FOUND, t + part * length)
         store(at.lanes, DIPS, choose(dives, splat(1.0), splat(0.0)))
@@ -314,7 +299,7 @@ def search_between(
     store(at.lanes, PICKED, choose(lanes, splat(1.0), splat(0.0)))
     place = locate(
         kernels, layout.EVENTS, at, first, rows, t, length, begin, end, before, after, lanes, splat(0.0) > 0.0,
-        splat(1.0), at.conditions, 0,
+        splat(1.0),
     )  # fmt: skip
     _keep_found(kernels, sizes, at, first, rows, runs, queue, t, length, place)
 
@@ -325,7 +310,7 @@ def search(
     queue: Queue, plan: Plan, seeks: Mask, t: Lanes, length: Lanes,
 ) -> None:  # fmt: skip
     """Find the times of the conditions that are SOUGHT in the lanes `seeks`."""
-    exact, peaks = kernels[layout.EXPAND] != 0, at.conditions + ROW * layout.peak_row(sizes)
+    exact = kernels[layout.EXPAND] != 0
     _near(kernels, sizes, nodes, at, first, rows, plan, seeks, t, length)
     far = seeks & (load(at.lanes, NEAR) == 0.0)
     if any_lane(far):
@@ -343,7 +328,7 @@ def search(
         if any_lane(picked):
             place = locate(
                 kernels, layout.EVENTS, at, first, rows, t, length, low, splat(1.0), before, after, picked, rough,
-                splat(1.0), peaks, sizes.events,
+                splat(1.0),
             )  # fmt: skip
             found = choose(picked, place, found)
         _keep_found(kernels, sizes, at, first, rows, runs, queue, t, length, found)

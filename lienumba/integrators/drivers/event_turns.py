@@ -234,10 +234,7 @@ def _seek_turn(
         turns = left & (r > 0.0) & (s < 0.0) & (f <= least) & (g <= least)
         if any_lane(turns):
             store(at.lanes, SEEKS, splat(float(rate)))
-            place = locate(
-                kernels, layout.EVENTS, at, first, rows, t, length, begin, x, -r, -s, turns, nowhere, -side,
-                at.conditions, 0,
-            )  # fmt: skip
+            place = locate(kernels, layout.EVENTS, at, first, rows, t, length, begin, x, -r, -s, turns, nowhere, -side)
             look_within(kernels, layout.EVENTS, at, t, length, place)
             place, top = choose(turns, place, x), choose(turns, side * load(at.following, n), g)
         there = left & (top > least)

@@ -119,6 +119,21 @@ def seek_first(
 
 
 @apart
+def see_peaks(
+    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, lanes: Mask, t: Lanes, length: Lanes,
+    left: Lanes,
+) -> None:  # fmt: skip
+    """The most that conditions of events have been, also halfway to where the open step is left in these lanes."""
+    stages.extend(kernels, sizes, nodes, at, t, length, load(at.lanes, UNTIL))
+    look_within(kernels, layout.EVENTS, at, t, length, choose(lanes, 0.5 * (left - t) / length, 0.5))
+    for n in range(sizes.events):
+        row = layout.peak_row(sizes) + n
+        most = load(at.conditions, row)
+        store(at.conditions, row, choose(lanes, maximum(most, load(at.following, n)), most))
+    store(at.clock, layout.TIME, t)
+
+
+@apart
 def count_more(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
     queue: Queue, plan: Plan, good: Mask, t: Lanes, length: Lanes, left: Lanes,

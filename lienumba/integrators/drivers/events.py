@@ -10,7 +10,7 @@ from lienumba.integrators.drivers import certificates, stages
 from lienumba.integrators.drivers.acting import PAST, follow, gather, hold, if_it_acts, pass_over, sift
 from lienumba.integrators.drivers.event_search import EDGE, LATER, SOUGHT, TOUCH, search
 from lienumba.integrators.drivers.event_turns import go_on, keep_rates, seek_turns
-from lienumba.integrators.drivers.event_waves import count_more, seek_first
+from lienumba.integrators.drivers.event_waves import count_more, see_peaks, seek_first
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
 from lienumba.integrators.drivers.switching.reactions import STILL
 from lienumba.integrators.drivers.workspace import Rows
@@ -28,6 +28,7 @@ from lienumba.integrators.layout import (
     OPENS,
     PICKED,
     RECORDS,
+    SETS,
     SLIDES,
     STATUS,
     STICK,
@@ -79,6 +80,9 @@ def _look_at_start(kernels: np.ndarray, sizes: Sizes, at: Workspace, fresh: Mask
     call(kernels[layout.EVENTS], at.state, at.parameters, at.clock, 0, at.following, at.work)
     for row in range(layout.peak_row(sizes), layout.rise_row(sizes)):
         store(at.conditions, row, choose(fresh, 0.0, load(at.conditions, row)))
+    lapsed = layout.peak_row(sizes) + layout.LAPSED * sizes.events
+    for row in range(lapsed, lapsed + sizes.events):
+        store(at.conditions, row, choose(fresh, splat(-NEVER), load(at.conditions, row)))
     for row in range(layout.rise_row(sizes), layout.rise_row(sizes) + count):
         store(at.conditions, row, choose(fresh, splat(NEVER), load(at.conditions, row)))
     follow(sizes, at, at.following, at.following + ROW * layout.rate_row(sizes), fresh)
@@ -264,6 +268,11 @@ def find_events(
         rows[first.lanes + PICKED, lane] = leaves
     left = load(at.lanes, PICKED)
     count_more(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good & (left >= 0.0), t, length, left)
+    changes, sets = good & (left >= 0.0) & (load(at.lanes, CHANGED) != 0.0), False
+    for n in range(sizes.events):
+        sets = sets or plan.acts[n, ACTION] == SETS
+    if sets and any_lane(changes):  # of what is locked conditions are 0 by that
+        see_peaks(kernels, sizes, nodes, at, changes, t, length, left)
     going, new = good & (left >= 0.0), at.conditions + ROW * count
     going = going & (load(at.lanes, CHANGED) == 0.0)
     store(at.lanes, STATUS, choose(going & (fails != 0.0), fails, load(at.lanes, STATUS)))

@@ -113,7 +113,7 @@ def passing(
     store(at.lanes, SEEKS, splat(float(signal)))
     return locate(
         kernels, layout.MEASURE, at, first, rows, t, length, low, high, sense * before, sense * after, lanes,
-        splat(0.0) > 0.0, sense, at.conditions, 0,
+        splat(0.0) > 0.0, sense,
     )  # fmt: skip
 
 
