@@ -36,8 +36,8 @@ def around(mean: float, half: float) -> tuple[float, float]:
 
 
 def finite(g: np.ndarray) -> np.ndarray:
-    """Margins, where runs that have none fail farther than any other."""
-    finite = np.isfinite(g)
+    """Margins, where runs that have none, or minus infinity, fail farther than any other."""
+    finite = g > -np.inf
     least = float(g[finite].min()) if finite.any() else 0.0
     return np.where(finite, g, min(least, 0.0) - 1.0)
 
@@ -46,4 +46,5 @@ def gradient(margins: Margins, z: np.ndarray) -> tuple[float, np.ndarray, int]:
     """The margin at a point (d,), its gradient there, and the runs that this took."""
     d = len(z)
     g = margins(np.vstack([z, z + STEP * np.eye(d), z - STEP * np.eye(d)]))
-    return float(g[0]), (g[1 : d + 1] - g[d + 1 :]) / (2.0 * STEP), len(g)
+    with np.errstate(invalid="ignore"):
+        return float(g[0]), (g[1 : d + 1] - g[d + 1 :]) / (2.0 * STEP), len(g)

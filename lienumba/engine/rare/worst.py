@@ -86,7 +86,7 @@ def worst(
             within = (abs(z) <= edge).all(axis=0)
             found = np.full(z.shape[1], np.inf)
             reached = limit(z[:, within].T)
-            found[within] = np.where(np.isfinite(reached), reached, -np.inf)
+            found[within] = np.where(np.isnan(reached), -np.inf, reached)
             return found
 
         differential_evolution(

@@ -204,3 +204,9 @@ def test_a_seed_decides_all() -> None:
         first, again, other = (METHODS[method](margins, d, 400, seed, 0.95) for seed in (4, 4, 5))
         assert first.probability == again.probability
         assert method in ("form", "sorm") or first.probability != other.probability
+
+
+def test_what_is_met_by_infinity_is_met() -> None:
+    """Half of the runs never come to what is asked about."""
+    found = METHODS["subset"](lambda z: np.where(z[:, 1] > 0.0, 2.0 - z[:, 0], np.inf), 2, 4000, 1, 0.95)
+    assert found.low < 0.5 * stats.norm.sf(2.0) < found.high
