@@ -73,7 +73,10 @@ def hold_before(sizes: Sizes, at: Workspace, plan: Plan, values: Address, lanes:
             band = choose(turned, splat(0.0), splat(0.5 * AT_ROOT))
         now, was, peak = load(values, n), load(at.conditions, n), load(at.conditions, layout.peak_row(sizes) + n)
         largest = _largest(sizes, at, n, now)
-        falls = (was > 0.0) & (now > 0.0) & (now <= AT_ROOT * largest) & (turned | (peak > BAND * largest))
+        high = was
+        if plan.acts[n, ACTION] == SETS:
+            high = peak
+        falls = (was > 0.0) & (now > 0.0) & (now <= AT_ROOT * largest) & (turned | (high > BAND * largest))
         stays = (was > 0.0) & (now <= 0.0) & (peak - now <= band * largest)
         faint = (was <= 0.0) & (now > HOLDS) & (now <= AT_ROOT * largest)
         held = choose(stays, splat(HOLDS), choose(falls | faint, splat(0.0), now))
