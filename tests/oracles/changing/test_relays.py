@@ -87,3 +87,28 @@ def test_a_ball_leaves_its_floor_at_each_bounce(method, integrator):
     )
     np.testing.assert_array_equal(found.event_count.sel(event="on"), bounces)
     np.testing.assert_array_equal(found.event_count.sel(event="off"), bounces + 1)  # it begins above
+
+
+@pytest.mark.parametrize(("method", "integrator"), METHODS)
+@pytest.mark.parametrize("when", ["t > 0.7", "p.x > 0.1"])
+def test_what_follows_from_what_happens_at_the_same_place_happens_once(method, integrator, when):
+    """The second event reads what the first one sets; nothing undoes anything."""
+    body = {"name": "b", "mass": 1, "inertia": [1, 1, 1], "position": [0, 0, 0], "velocity": ["v", 0, 0]}
+    scenario = {
+        "parameters": {"v": 0.5, "n": 0.0, "m": 0.0},
+        "model": {"gravity": [0, 0, 0], "bodies": [body]},
+        "quantities": [
+            {"name": "p", "type": "point", "body": "b"},
+            {"name": "seen", "type": "expression", "value": "m + 0*p.x"},
+        ],
+        "events": [
+            {"name": "a", "when": when, "action": "set", "parameters": {"n": 1}},
+            {"name": "b", "when": f"{when} and n > 0.5", "action": "set", "parameters": {"m": 1}},
+        ],
+        "integrator": {"method": method, "end_time": 2.0} | integrator,
+        "output": {"every": 2.0},
+        "sweep": {"runs": 20, "vary": {"parameters.v": {"distribution": "uniform", "low": 0.3, "high": 1}}},
+    }
+    found = lienumba.run(scenario)
+    np.testing.assert_array_equal(found.status, SUCCESS)
+    np.testing.assert_array_equal(found.event_count, 1)
