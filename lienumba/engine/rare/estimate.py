@@ -1,6 +1,6 @@
 """What is said of the probability that a margin is below 0, of standard normal numbers.
 
-Margins are functions of many points at once, (n, d) to (n,); one that is not finite is a failure. All is decided by
+Margins are functions of many points at once, (n, d) to (n,); NaN and minus infinity are failures. All is decided by
 the seed.
 """
 

@@ -41,18 +41,23 @@ def _largest(sizes: Sizes, at: Workspace, n: int, now: Lanes) -> Lanes:
     return maximum(load(at.conditions, layout.peak_row(sizes) + layout.EXTENT * sizes.events + n), absolute(now))
 
 
+@inlined
+def _held(now: Lanes, was: Lanes, peak: Lanes, largest: Lanes, band: Lanes) -> Lanes:
+    """What a condition is: true where it was, and has not fallen by more than this band of its largest size since;
+    false where it was, and is above 0 by rounding alone."""
+    stays = (was > 0.0) & (now <= 0.0) & (peak - now <= band * largest)
+    faint = (was <= 0.0) & (now > HOLDS) & (now <= AT_ROOT * largest)
+    return choose(stays, splat(HOLDS), choose(faint, splat(0.0), now))
+
+
 @apart
 def hold(sizes: Sizes, at: Workspace, values: Address) -> None:
     """What conditions of events at the address `values` are where rounding is no change: true where they were true and
-    have not fallen by more than the `BAND` since then. A motor that is switched off when it
-    turns, and falls to 0, has; what is locked on its limit has not, and where it lies beside it is rounding, as is the
-    speed of what rests."""
+    have not fallen by more than the `BAND` since then. A motor that is switched off when it turns, and falls to 0, has;
+    what is locked on its limit has not, and where it lies beside it is rounding, as is the speed of what rests."""
     for n in range(sizes.events):
         now, was, peak = load(values, n), load(at.conditions, n), load(at.conditions, layout.peak_row(sizes) + n)
-        largest = _largest(sizes, at, n, now)
-        stays = (was > 0.0) & (now <= 0.0) & (peak - now <= BAND * largest)
-        faint = (was <= 0.0) & (now > HOLDS) & (now <= AT_ROOT * largest)
-        store(values, n, choose(stays, splat(HOLDS), choose(faint, splat(0.0), now)))
+        store(values, n, _held(now, was, peak, _largest(sizes, at, n, now), splat(BAND)))
 
 
 @apart
@@ -67,19 +72,14 @@ def hold_before(sizes: Sizes, at: Workspace, plan: Plan, values: Address, lanes:
         back = (load(at.conditions, times + n) == t) & (t - load(at.conditions, lapsed + n) <= TURNS * t)
         again = choose(back, splat(1.0), again)
     for n in range(sizes.events):
-        turned, band = again > 1.0, splat(BAND)
-        if plan.acts[n, ACTION] == SETS:
-            turned = again != 0.0
-            band = choose(turned, splat(0.0), splat(0.5 * AT_ROOT))
         now, was, peak = load(values, n), load(at.conditions, n), load(at.conditions, layout.peak_row(sizes) + n)
         largest = _largest(sizes, at, n, now)
-        high = was
+        ends, band = was > BAND * largest, splat(BAND)
         if plan.acts[n, ACTION] == SETS:
-            high = peak
-        falls = (was > 0.0) & (now > 0.0) & (now <= AT_ROOT * largest) & (turned | (high > BAND * largest))
-        stays = (was > 0.0) & (now <= 0.0) & (peak - now <= band * largest)
-        faint = (was <= 0.0) & (now > HOLDS) & (now <= AT_ROOT * largest)
-        held = choose(stays, splat(HOLDS), choose(falls | faint, splat(0.0), now))
+            turned = again != 0.0
+            ends, band = turned | (peak > BAND * largest), choose(turned, splat(0.0), splat(0.5 * AT_ROOT))
+        falls = (was > 0.0) & (now > 0.0) & (now <= AT_ROOT * largest) & ends
+        held = choose(falls, splat(0.0), _held(now, was, peak, largest, band))
         store(values, n, held)
         last = load(at.conditions, lapsed + n)
         store(at.conditions, lapsed + n, choose(lanes & (was > 0.0) & (held <= 0.0), t, last))

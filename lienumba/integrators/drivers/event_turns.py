@@ -89,8 +89,8 @@ def least_of(sizes: Sizes, at: Workspace, n: int, before: Lanes) -> Lanes:
 def keep_rates(sizes: Sizes, at: Workspace, new: int) -> None:
     """The rates at the end of the step, which the kernel `events` has written behind the address `new`."""
     for n in range(sizes.events):
-        row, rate = layout.peak_row(sizes) + END_RATE * sizes.events + n, load(new, layout.rate_row(sizes) + n)
-        store(at.conditions, row, rate)
+        row = layout.peak_row(sizes) + END_RATE * sizes.events + n
+        store(at.conditions, row, load(new, layout.rate_row(sizes) + n))
 
 
 @apart
