@@ -26,6 +26,8 @@ LIMITS = {
     "a jump, 2 inputs": "jump",
     "flat where it begins, 2 inputs": "flat at first",
     "two ways, one behind the other": "behind another",
+    "a region of runs that fail, 20 inputs": "hidden among many",
+    "a region behind a jump, 50 inputs": "hidden askew",
     "all round, 3 inputs": "all round",
 }
 

@@ -23,6 +23,8 @@ BETWEEN = 1.0  # centres
 TRIED, ROUNDS, MANY = 8, 20, 60  # in a round; rounds; centres
 ON_RAY = np.linspace(0.5, 1.0, 11)  # of the way to a failure
 BEYOND = np.array([1.0, 1.02, 1.1])  # of the distance of a limit's tangent plane
+AROUND, AROUND_EACH, TURNS = 100, 8, 4  # runs about a failure, and for each input; how often
+PARTS, ON_FOOT = np.linspace(0.25, 1.0, 4), np.linspace(0.8, 1.2, 9)  # of the way to a foot; of its distance
 VALLEY = 2.5  # where no other centre is nearer to the origin within this distance it is a design point
 
 
@@ -75,7 +77,7 @@ def spread(margins: Margins, points: np.ndarray, rng: np.random.Generator) -> tu
             if not len(far):
                 break
             first = far[np.argmin(np.linalg.norm(failures[far], axis=1))]
-            centre, count = _towards_origin(margins, failures[first])
+            centre, count = _nearer(margins, failures[first], rng)
             failures, taken = np.delete(failures, first, axis=0), taken + count
             apart = np.linalg.norm(points - centre, axis=1).min() > BETWEEN
             if apart and np.linalg.norm(centre) <= nearest + RELEVANT:
@@ -105,13 +107,33 @@ def _nearest_first(points: np.ndarray) -> np.ndarray:
     return found
 
 
-def _towards_origin(margins: Margins, z: np.ndarray) -> tuple[np.ndarray, int]:
-    """The failure nearest to the origin of those on the ray to this one, and next to the foot of the limit's tangent
-    plane, which has nothing of what does not matter to the limit; and the runs that this took."""
+def _nearer(margins: Margins, z: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, int]:
+    """A failure nearer to the origin than this one, in the same region of failures, and the runs that this took. Along
+    the normal of the limit's tangent plane, from the margins next to it; where these say nothing (a jump, runs that
+    fail), along the way from what is safe about it to what fails."""
     g, slope, taken = gradient(margins, z)
-    tried, square = ON_RAY[:, None] * z, float(slope @ slope)
+    square = float(slope @ slope)
+    tried = ON_RAY[:, None] * z
     if 0.0 < square < np.inf:
         tried = np.vstack([tried, BEYOND[:, None] * ((slope @ z - g) / square * slope)])
     fails = finite(margins(tried)) <= 0.0
-    distances = np.where(fails, np.linalg.norm(tried, axis=1), np.inf)
-    return tried[int(np.argmin(distances))], taken + len(tried)
+    taken += len(tried)
+    z = tried[int(np.argmin(np.where(fails, np.linalg.norm(tried, axis=1), np.inf)))]
+    if fails[len(ON_RAY) :].any():
+        return z, taken
+    normal, runs = np.zeros(len(z)), AROUND + AROUND_EACH * len(z)
+    for _ in range(TURNS):
+        x = z + rng.standard_normal((runs, len(z)))
+        fails = finite(margins(x)) <= 0.0
+        taken += runs
+        if not 0 < fails.sum() < runs:
+            break
+        normal += x[fails].mean(axis=0) - x[~fails].mean(axis=0)
+        foot = float(z @ normal) / float(normal @ normal) * normal
+        tried = (ON_FOOT[:, None, None] * (z + PARTS[:, None] * (foot - z))).reshape(-1, len(z))
+        fails = finite(margins(tried)) <= 0.0
+        taken += len(tried)
+        lengths = np.where(fails, np.linalg.norm(tried, axis=1), np.linalg.norm(z))
+        if lengths.min() < np.linalg.norm(z):
+            z = tried[int(np.argmin(lengths))]
+    return z, taken

@@ -21,6 +21,9 @@ REPEATS = 60
 Case = tuple[Callable[[np.ndarray], np.ndarray], int, float]
 
 
+NORMALS = np.linalg.qr(np.random.default_rng(7).standard_normal((50, 2)))[0].T
+
+
 def beyond(y: float) -> float:
     """The density of failing at a second number of this size, of the curved limit."""
     return float(stats.norm.pdf(y) * stats.norm.sf(OFF + CURVATURE * y * y))
@@ -59,6 +62,16 @@ CASES: dict[str, Case] = {
         2,
         float(1.0 - stats.norm.cdf(5.0) * stats.norm.cdf(4.0)),
     ),
+    "hidden among many": (
+        lambda z: np.where(z[:, 1] + z[:, 2] > 3.7 * np.sqrt(2.0), np.nan, 4.5 - z[:, 0]),
+        20,
+        float(1.0 - stats.norm.cdf(4.5) * stats.norm.cdf(3.7)),
+    ),
+    "hidden askew": (
+        lambda z: np.where(z @ NORMALS[1] > 3.4, -1.0, 4.5 - z @ NORMALS[0]),
+        50,
+        float(1.0 - stats.norm.cdf(4.5) * stats.norm.cdf(3.4)),
+    ),
     "seldom": (lambda z: 1.9 - z[:, 0], 2, float(stats.norm.sf(1.9))),
     "likely": (lambda z: 1.0 - z[:, 0], 2, float(stats.norm.sf(1.0))),
 }
@@ -71,6 +84,7 @@ def repeated(method: str, case: str, runs: int) -> list[Estimate]:
 
 BENT = [
     "exponentials", "many and two exponentials", "three exponentials", "jump", "flat at first", "behind another",
+    "hidden among many", "hidden askew",
 ]  # fmt: skip
 
 
