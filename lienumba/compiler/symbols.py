@@ -206,20 +206,28 @@ class Symbol:
 
     # ------------------------------------------------------------ comparisons and choice
     def __lt__(self, other: Number) -> Any:
-        if not isinstance(other, Symbol) and self.upper < other:
-            return True
+        if other.__class__ is not Symbol:
+            if not isinstance(other, NUMBERS):
+                return NotImplemented
+            if self.upper < other:
+                return True
         return self.graph.node("<", self, other)
 
     def __le__(self, other: Number) -> Any:
-        if not isinstance(other, Symbol) and self.upper <= other:
-            return True
+        if other.__class__ is not Symbol:
+            if not isinstance(other, NUMBERS):
+                return NotImplemented
+            if self.upper <= other:
+                return True
         return self.graph.node("<=", self, other)
 
     def __gt__(self, other: Number) -> Any:
-        return self.graph.node("<", other, self)
+        known = other.__class__ is Symbol or isinstance(other, NUMBERS)
+        return self.graph.node("<", other, self) if known else NotImplemented
 
     def __ge__(self, other: Number) -> Any:
-        return self.graph.node("<=", other, self)
+        known = other.__class__ is Symbol or isinstance(other, NUMBERS)
+        return self.graph.node("<=", other, self) if known else NotImplemented
 
     def __eq__(self, other: object) -> Any:
         return self.graph.node("==", self, other)

@@ -148,15 +148,17 @@ def stopping_of(resolved: Scenario, results: Results) -> Stopping:
 
 def interval(values: np.ndarray, rule: Stop, weights: np.ndarray | None = None) -> Interval:
     """The confidence interval over the runs that have a value: by Student's t of a mean, by the binomial distribution
-    of the ranks of a quantile, which assumes nothing of how values are distributed; with weights see `weighted`."""
+    of the ranks of a quantile, which assumes nothing of how values are distributed; with weights see `weighted`. Means
+    are of finite values; a quantile may be an infinite one (a margin of what never happens)."""
+    known = np.isfinite(values) if rule.statistic == "mean" else ~np.isnan(values)
+    x = values[known]
     if weights is not None:
-        known = np.isfinite(values)
-        x, w = values[known], weights[known]
+        w = weights[known]
         if rule.statistic == "mean":
             return weighted.mean(x, w, rule.confidence)
         assert rule.probability is not None
         return weighted.quantile(x, w, rule.probability, rule.confidence)
-    x = np.sort(values[np.isfinite(values)])
+    x = np.sort(x)
     if len(x) < 2:
         return Interval(np.nan, -inf, inf)
     if rule.statistic == "mean":
@@ -164,8 +166,10 @@ def interval(values: np.ndarray, rule: Stop, weights: np.ndarray | None = None) 
         return Interval(mean, mean - half, mean + half)
     assert rule.probability is not None
     low, high = map(int, ranks(len(x), rule.probability, rule.confidence))
+    with np.errstate(invalid="ignore"):
+        value = float(np.quantile(x, rule.probability))
     return Interval(
-        float(np.quantile(x, rule.probability)),
+        value if np.isfinite(value) else float(np.quantile(x, rule.probability, method="nearest")),
         float(x[low]) if low >= 0 else -inf,
         float(x[high]) if high < len(x) else inf,
     )

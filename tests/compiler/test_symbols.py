@@ -1,11 +1,14 @@
 """Symbols fold, share and fuse by rules that look at one operation at a time."""
 
+import operator
+
 import numpy as np
 import pytest
 
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph, Symbol, live, operation_counts
 from lienumba.numerics import operations
+from lienumba.numerics.jets import Dual
 from tests.compiler.evaluation import assert_same_bits, call
 from tests.compiler.interpreter import RandomGraph, interpret, numbers
 
@@ -193,6 +196,14 @@ def test_a_promised_bound_decides_comparisons(abc):
     assert operations.where(a < 6.0, b, a) is b
     operations.at_most(a, 7.0)
     assert (a < 6.0) is True  # the tighter promise stands
+
+
+@pytest.mark.parametrize("compare", [operator.lt, operator.le, operator.gt, operator.ge])
+def test_comparisons_with_jets_are_of_what_they_are_jets_of(abc, compare):
+    a, b, c = abc
+    moving = Dual(b, c)
+    assert shown(compare(a, moving)) == shown(compare(a, b))
+    assert shown(compare(moving, a)) == shown(compare(b, a))
 
 
 # ---------------------------------------------------------------- company and account

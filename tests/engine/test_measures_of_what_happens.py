@@ -154,3 +154,26 @@ def test_each_side_of_what_jumps_where_a_step_ends(integrator: dict[str, Any]) -
     )
     found = [float(ds[name][0]) for name in ("half", "sign", "other", "rms")]
     np.testing.assert_allclose(found, [0.5, 0.0, 0.0, np.sqrt(0.5)], rtol=0, atol=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore:.*can never be true")
+@pytest.mark.parametrize("integrator", METHODS, ids=str)
+def test_conditions_of_which_a_part_never_changes(integrator: dict[str, Any]) -> None:
+    """An own number that arms what a motion sets off."""
+    texts = [
+        "p.z < 0.5 and armed > 0.5",
+        "armed > 0.5 and p.z < 0.5",
+        "v.z < -1 or armed < 0.5",
+        "not armed < 1 and t > 1/8",
+    ]
+    for armed, first in ((1.0, [0.1**0.5, 0.1**0.5, 0.1, 0.125]), (0.0, [np.nan, np.nan, 0.0, np.nan])):
+        ds = measured(
+            {"gravity": [0, 0, -10.0], "bodies": [BODY | {"position": [0, 0, 1]}]},
+            {f"first{n}": f"first_time({text})" for n, text in enumerate(texts)},
+            integrator | {"end_time": 0.5},
+            parameters={"armed": armed},
+            quantities=[POINT, POINT | {"name": "v", "derivative": 1}],
+            events=[{"name": f"e{n}", "when": text} for n, text in enumerate(texts)],
+        )
+        np.testing.assert_allclose([ds[f"first{n}"].item() for n in range(len(texts))], first, rtol=1e-9)
+        np.testing.assert_allclose(ds["event_time"][0], first, rtol=1e-9)

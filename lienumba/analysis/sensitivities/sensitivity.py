@@ -187,11 +187,15 @@ def _in_rows(sweep: Tables) -> bool:
 def _unusable(output: Output, runs: np.ndarray) -> str | None:
     """Why an output cannot be analysed."""
     values = output.values[runs]
+    infinite = int(np.isinf(values).sum())
     values = values[np.isfinite(values)]
     if len(values) < FEWEST:
         have = plural(len(values), "good run has", "good runs have")
         return f"{output.name}: {have} a value, and an analysis takes at least {FEWEST}"
     if np.ptp(values) <= ROUNDING * output.scale:
+        if infinite:
+            others = f"and infinite in {plural(infinite, 'run', 'runs')}, such as a time of what never happens"
+            return f"{output.name}: is {values[0]:.6g} in {plural(len(values), 'run', 'runs')}, {others}"
         return f"{output.name}: is {values[0]:.6g} in all runs, so it depends on no input"
     return None
 

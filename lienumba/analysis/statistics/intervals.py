@@ -199,6 +199,7 @@ def _quantile(ordered: np.ndarray, count: np.ndarray, q: float, confidence: floa
     left, right, part = at(below), at(below + 1), place - below
     with np.errstate(invalid="ignore"):
         between = np.where(part < 0.5, left + (right - left) * part, right - (right - left) * (1.0 - part))
+    between = np.where(np.isfinite(between), between, np.where(part < 0.5, left, right))
     value = np.where((left == right) | (part == 0.0), left, between)
     different, where = np.unique(count, return_inverse=True)
     first, last = (places[where] for places in ranks(different, q, confidence))

@@ -22,7 +22,8 @@ def print_rare(ds: "xr.Dataset") -> None:
     name, confidence = show(ds.attrs["requirement"]), float(ds["probability"].attrs["confidence"])
     failed = int((ds["status"].values != 0).sum())
     if p == 0.0:
-        output.print(f"{name}: no failure was found with {count}; it may have none", markup=False)
+        said = f"none of the runs that count, of {count}, fails; a failure has a probability of {high:.3g} at most"
+        output.print(f"{name}: {said} with a confidence of {100 * confidence:g} %", markup=False)
         return
     method = ds.attrs["method"]
     between = f", from {low:.3g} to {high:.3g} with a confidence of {100 * confidence:g} %"
@@ -51,6 +52,8 @@ def print_worst(ds: "xr.Dataset") -> None:
     name, count = show(ds.attrs["requirement"]), plural(ds.sizes["run"], "run", "runs")
     if np.isnan(margin):
         said = "the run fails"
+    elif np.isinf(margin):
+        said = f"{'met' if margin > 0.0 else 'not met'} by any limit, since what it tells the time of never happens"
     else:
         said = f"{'met' if margin > 0.0 else 'not met'} by {abs(margin):.6g}{'' if units in ('', '1') else f' {units}'}"
     inputs = [str(x) for x in ds.coords if ds[x].attrs.get("role") == "input"]

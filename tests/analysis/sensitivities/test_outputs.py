@@ -106,6 +106,9 @@ REFUSED = {
         "the inputs do not vary: a, b; give each a spread in [sweep.vary]"),
     "a constant output": (lambda: made(named(X), y=np.full(RUNS, 0.5)), (), {},
         "y: is 0.5 in all runs, so it depends on no input; ask for another output"),
+    "an output that is infinite or constant": (lambda: made(named(X), y=np.where(X[:, 0] > 0.5, np.inf, 0.5)), (), {},
+        f"y: is 0.5 in {np.sum(X[:, 0] <= 0.5)} runs, and infinite in {np.sum(X[:, 0] > 0.5)} runs, such as a time of "
+        "what never happens; ask for another output"),
     "an unknown output": (observed, ["positon"], {},
         'the dataset has no output "positon"; the nearest known name is "position"'),
     "an unknown label": (observed, ["tip.q"], {},

@@ -51,8 +51,11 @@ def test_quantiles_are_those_of_numpy_and_their_ends_are_values():
 
 
 @pytest.mark.parametrize("statistic", ["mean", "quantile"])
-def test_sweeps_stop_by_the_same_intervals(statistic):
+@pytest.mark.parametrize("never", [0, 1, 40])
+def test_sweeps_stop_by_the_same_intervals(statistic, never):
+    """Margins of what never happens are infinite, on either side."""
     x = np.random.default_rng(3).normal(size=333)
+    x[:never], x[50 : 50 + never // 2] = np.inf, -np.inf
     rule = Stop(variable="x", statistic=statistic, probability=0.9 if statistic == "quantile" else None, width=1.0)
     known = interval(x, rule)
     found = mean_interval(series(x)) if statistic == "mean" else quantile_interval(series(x), 0.9)

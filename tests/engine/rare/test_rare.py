@@ -147,3 +147,15 @@ def test_the_commands(tmp_path: Path) -> None:
     assert "not met by" in done.output or "met by" in done.output
     done = CliRunner().invoke(app, ["rare", str(file), "--requirement", "x"])
     assert done.exit_code == 2
+
+
+def test_what_never_happens_or_hardly_ever_is_told_as_such(tmp_path: Path) -> None:
+    file = tmp_path / "flight.toml"
+    data = flight(50.0)
+    file.write_text(toml.dumps(data), encoding="utf-8")
+    done = CliRunner().invoke(app, ["rare", str(file), "--runs", "400"])
+    assert re.search(r"none of the runs that count, of [\d,]+ runs, fails; a failure has a probability of", done.output)
+    late = {"name": "near", "value": "first_time(x > 50)", "below": 0.5, "probability": 0.99}
+    file.write_text(toml.dumps(data | {"requirements": [late]}), encoding="utf-8")
+    done = CliRunner().invoke(app, ["worst", str(file), "--runs", "64"])
+    assert "not met by any limit, since what it tells the time of never happens, at" in " ".join(done.output.split())
