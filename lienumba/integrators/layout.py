@@ -15,12 +15,12 @@ from lienumba.numerics.operations import kernel
 ORDER = (
     "step", "position", "chord", "velocity", "observe", "first", "stage", "advance", "finish", "schur", "sample",
     "close", "end", "dense", "events", "place", "read", "expand", "defect", "border", "kick", "guess", "newton",
-    "simplified", "measure", "keep", "slopes", "quadrature", "close_along", "watch", "closure",
+    "simplified", "measure", "keep", "slopes", "quadrature", "close_along", "watch", "closure", "carry",
 )  # fmt: skip
 (
     STEP, POSITION, CHORD, VELOCITY, OBSERVE, FIRST, STAGE, ADVANCE, FINISH, SCHUR, SAMPLE,
     CLOSE, END, DENSE, EVENTS, PLACE, READ, EXPAND, DEFECT, BORDER, KICK, GUESS, NEWTON, SIMPLIFIED,
-    MEASURE, KEEP, SLOPES, QUADRATURE, CLOSE_ALONG, WATCH, CLOSURE, COMBINE,
+    MEASURE, KEEP, SLOPES, QUADRATURE, CLOSE_ALONG, WATCH, CLOSURE, CARRY, COMBINE,
 ) = range(len(ORDER) + 1)  # fmt: skip
 
 # The clock: t, the length of the part of a step, c of a stage, the time in the middle of the part, which tells in which

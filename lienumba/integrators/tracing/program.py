@@ -8,6 +8,8 @@
       finish           state, what the stages report -> what is augmented
     position   q^, iterate -> iterate               one Gauss-Newton iteration of the position projection
       chord      q^, iterate -> iterate               the same by the elimination of the first
+      closure    as position, over the gap of a joint that closes
+      carry      state, the state before it closed -> state    rates with which bodies move on as before
     velocity   state -> state, violation, code      the velocity projection
     place      state -> the bodies, where they are no part of it
     read       the bodies -> the state of the moves, likewise
@@ -48,7 +50,7 @@ from lienumba.integrators.tracing import (
 from lienumba.integrators.tracing.augmented_state import AugmentedState
 from lienumba.integrators.tracing.implicit import alpha_kernels
 from lienumba.integrators.tracing.implicit import kernels as collocation
-from lienumba.integrators.tracing.joint.tracer import JointTracer, place, read
+from lienumba.integrators.tracing.joint.tracer import JointTracer, carry, place, read
 from lienumba.integrators.tracing.law_states import LawStates
 from lienumba.integrators.tracing.measuring import kernels as measuring
 from lienumba.integrators.tracing.method import Method
@@ -116,7 +118,9 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     if "position" in levels and method.position != "none":
         projecting, chord = position_kernels.position(tracer)
         kernels |= projecting
-        kernels |= {"closure": position_kernels.closure(tracer)} if position_kernels.closes(tracer) else {}
+        if position_kernels.closes(tracer):
+            kernels["closure"] = position_kernels.closure(tracer)
+            kernels |= {"carry": carry(tracer)} if isinstance(tracer, JointTracer) else {}
     if levels and method.velocity != "none":
         kernels["velocity"] = state_kernels.velocity(tracer)
     if tracer.augmented.masks:

@@ -62,19 +62,27 @@ def wrenches(posture: Posture, without: set[str]) -> list[Six]:
     bodies have against being turned."""
     model, tree = posture.model, posture.tree
     forces = [force for force in model.forces if force.name not in without]
-    Q = applied_forces.generalized(model, posture.now, forces) if forces else []
+    applied = [NOTHING] * len(tree.links)
+    if forces:
+        applied = of_bodies(posture, applied_forces.generalized(model, posture.now, forces))
     found = []
-    for link, moving in zip(tree.links, posture.links, strict=True):
+    for link, moving, wrench in zip(tree.links, posture.links, applied, strict=True):
         own = rigid(tree, link, model.bodies)
-        wrench = NOTHING
-        if link.body is not None and Q:
-            wrench = _to_link(link, moving, Q[6 * link.body : 6 * link.body + 6])
         if own is not None:
             w = moving.w
             centrifugal = so3.cross(so3.cross(w, own.h), w)
             inner = centrifugal + dynamics.gyroscopic(own.J, w)
             wrench = tuple(a + b for a, b in zip(wrench, inner, strict=True))
         found.append(wrench)
+    return found
+
+
+def of_bodies(posture: Posture, f: Sequence[Number]) -> list[Six]:
+    """What acts on the bodies (6 k: forces, global, on mass centres; torques, body frame) as wrenches on the links."""
+    found = []
+    for link, moving in zip(posture.tree.links, posture.links, strict=True):
+        body = link.body
+        found.append(NOTHING if body is None else _to_link(link, moving, f[6 * body : 6 * body + 6]))
     return found
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from lienumba.groups import so3
+from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import Body
 from lienumba.mechanics.system import constraints, dynamics, kkt
@@ -291,6 +292,21 @@ def kicked(posture: Posture, structure: kkt.Structure, mask: Sequence[Number], i
         for place, y in by_link.items():
             wrenches[place] = tuple(f + impulse * c for f, c in zip(wrenches[place], y, strict=True))
     return _solved(posture, structure, replace(loads, wrenches=wrenches), [0.0] * structure.rows, mask)
+
+
+def carried_on(posture: Posture, before: Instant) -> list[Any]:
+    """The change of all rates with which bodies move as they did before, as nearly as joints let them: least by their
+    masses."""
+    tree, bodies = posture.tree, posture.model.bodies
+    pairs = list(zip(posture.now.bodies, before.bodies, strict=True))
+    lost = [b - a for now, then in pairs for a, b in zip(now[12:18], then[12:18], strict=True)]
+    push: list[Any] = [0.0] * len(lost)
+    for (row, column), mass in dynamics.body_masses(bodies).items():
+        push[row] = push[row] + mass * lost[column]
+    inertia = [acting.rigid(tree, link, bodies) for link in tree.links]
+    armatures = [link.armature for link in tree.links for _ in link.rates]
+    loads = Loads(inertia, acting.of_bodies(posture, push), armatures=armatures)
+    return Reduction(tree, posture.links, loads, posture.waiting, posture.free).solution({})[0]
 
 
 def _relative_to(loads: Loads, there: Sequence[Six], rates: Sequence[Number], xi: Sequence[Number]) -> Loads:

@@ -140,3 +140,37 @@ def test_a_gap_closes_alike_in_any_size_and_the_mass_centre_stays(coordinates: s
         found.append(np.concatenate([ds.position.values / size, ds.angular_velocity.values], axis=-1))
     np.testing.assert_allclose(found[0], found[1], rtol=0, atol=2e-6)
     np.testing.assert_allclose(found[2], found[1], rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("gap", [1e-2, 1e-4])
+def test_closing_a_gap_between_chains_takes_no_momentum(gap: float) -> None:
+    """Arms of joints that turn are moved by turning: with rates as they were the bodies moved otherwise, by the gap."""
+    chains = []
+    for own, x, last in (("ab", 0.0, 0.0), ("cd", 1.0, gap)):
+        first = {"name": own[0], "mass": 1.0 + x, "inertia": [0.02, 0.03, 0.04], "position": [x, -last, 0.5 * last]}
+        first |= {"rotation": [1, 0, 0, 0], "velocity": [0.1 - 0.3 * x, 0.2, -0.1], "angular_velocity": [0.3, 0.5, 1.0]}
+        arm = {"name": own[1], "mass": 0.7, "inertia": [0.01, 0.02, 0.015]}
+        hinge = {"name": own, "type": "revolute", "bodies": [own[0], own[1]], "axes": [[0, 0.6, 0.8]] * 2, "angle": 0.3}
+        hinge |= {"points": [[0.2 - 0.4 * x, 0, 0.1], [-0.3, 0.1, 0]], "references": [[1, 0, 0]] * 2, "rate": 1.5 - x}
+        chains.append(([first, arm], hinge))
+    bodies = [body for own, _ in chains for body in own]
+    probe = {"name": "p", "type": "spherical", "bodies": ["a", "c"], "points": [[0.5, 0, 0], [-0.5, 0, 0]]}
+    found = []
+    for coordinates in ("lie", "joint"):
+        ds = lienumba.run(
+            {
+                "model": {"gravity": [0, 0, 0], "bodies": bodies,
+                          "joints": [*(hinge for _, hinge in chains), probe | {"active": False}]},
+                "quantities": [{"name": "m", "type": "momentum"}],
+                "events": [{"name": "e", "when": "t > 1e-9", "action": "engage", "joint": "p", "closing": 0.1}],
+                "integrator": {"tolerance": 1e-11, "end_time": 0.2, "coordinates": coordinates},
+                "output": {"times": [0.0, 0.1, 0.2]},
+            }
+        ).isel(run=0)  # fmt: skip
+        assert int(ds["changes"]) == 1
+        np.testing.assert_allclose(ds["m.linear"], np.tile(ds["m.linear"][0], (3, 1)), rtol=0, atol=1e-12)
+        assert float(abs(ds.energy_residual).max()) < 1e-11
+        found.append((float(ds.energy_lost), ds.velocity.values[-1]))
+    assert found[0][0] > 0.05
+    assert found[1][0] == pytest.approx(found[0][0], rel=gap**2)
+    np.testing.assert_allclose(found[1][1], found[0][1], rtol=0, atol=gap**2)

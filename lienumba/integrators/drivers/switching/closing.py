@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lienumba.compiler.lanes import Mask, load, splat, store
+from lienumba.compiler.lanes import Mask, call, load, splat, store
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import codes, layout
@@ -49,8 +49,8 @@ def project(kernels: np.ndarray, sizes: Sizes, at: Workspace, table: Rows, limit
 def close(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, closing: Mask, table: Rows, limit: int, tolerance: float
 ) -> None:
-    """Positions of what is to close, onto the constraints; velocities onto those that always hold, as the impulses of
-    the others expect it."""
+    """Positions of what is to close, onto the constraints; velocities, with which bodies move on as before, onto those
+    that always hold, as the impulses of the others expect it."""
     state, status = layout.state_rows(sizes), at.lanes + ROW * STATUS
     if kernels[layout.POSITION] == 0:
         return
@@ -61,6 +61,9 @@ def close(
         kernels, sizes, at.parameters, places, False, at, status, closing, table, most, tolerance, True
     )  # fmt: skip
     closed = closing & (load(status, 0) == 0.0)
+    if kernels[layout.CARRY] != 0:
+        call(kernels[layout.CARRY], at.new, at.parameters, at.clock, at.state, at.now, at.work)
+        stages.commit(closed, at.new, at.now, layout.element_rows(sizes))
     for row in range(layout.mask_row(sizes), layout.on_row(sizes)):
         store(at.new, row, splat(0.0))
     if kernels[layout.VELOCITY] != 0:

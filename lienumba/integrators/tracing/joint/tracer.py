@@ -301,6 +301,15 @@ def place(tracer: Tracer) -> Kernel:
     return tracer.kernel("place", flat(tracer.now(graph, model)[0].now.bodies))
 
 
+def carry(tracer: Tracer) -> Kernel:
+    """From a state, and the one before its bodies were moved, to rates by which these move as they did."""
+    assert isinstance(tracer, JointTracer)
+    graph, model = tracer.graph()
+    now, time = _tree(tracer.now(graph, model)[0]), graph.input("clock", layout.TIME)
+    before = tracer.posture(model, tracer.state(graph, "extra"), tracer.augmented_rows(graph), time)
+    return tracer.kernel("carry", tracer._moved(graph, now, equations.carried_on(now, before.now)))
+
+
 def read(tracer: Tracer) -> Kernel:
     """From the bodies to the state of the moves: by the same operations, to the bit, from which steps know the frames
     of the links. Where axes of joints are nearly parallel, rounding decides how these are turned about them."""
