@@ -27,6 +27,10 @@ SOME = ("arm_sampled", "bouncing_ball", "dzhanibekov", "five_bar_leg", "gripper"
         "satellite", "satellite_settles", "separation", "thruster", "ur5")  # fmt: skip
 MORE = {  # what no small scenario of the gallery has
     "capture": ("docking", {"bodies.chaser.position": [-1.023, 0.003, 0.001]}),
+    "capture of joints": (
+        "docking",
+        {"bodies.chaser.position": [-1.023, 0.003, 0.001], "integrator.coordinates": "joint"},
+    ),
     "chord": ("heavy_top", {"projection.chord": True}),
     "measures": ("heavy_top", {"measures": [{"name": "slow", "value": "mean(t)"}, {"name": "end", "value": "max(t)"}]}),
     "quadrature": ("satellite", {"measures": [{"name": "slow", "value": "mean(t)"}]}),
