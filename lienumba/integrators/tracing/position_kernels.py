@@ -129,7 +129,10 @@ class _Iteration:
 class _Joint(_Iteration):
     def solution(self) -> Any:
         assert isinstance(self.here, posture.Posture)
-        return equations.position_correction(self.here, self.tracer.structure, self.mask, self.x, self.masses)
+        structure, x = self.tracer.structure, self.x
+        if self.masses:
+            return equations.closure(self.here, structure, self.mask, x, self.hat)
+        return equations.position_correction(self.here, structure, self.mask, x)
 
     def moved(self, x: list[Number]) -> tuple[tuple[State, ...], Number]:
         assert isinstance(self.there, posture.Posture)

@@ -164,14 +164,39 @@ def changed(posture: Posture, structure: kkt.Structure, mask: Sequence[Number], 
     return [*solution.rates, *(solution.mu[row] for row in structure.order)]
 
 
+def closure(
+    posture: Posture, structure: kkt.Structure, mask: Sequence[Number], x: Sequence[Number], before: Instant
+) -> Solution:
+    """The next total correction x along the rates of what closes over a gap, of the bodies' moves from `before`, least
+    by their masses:  J^T M d + C^T mu = 0,  Phi = 0."""
+    bodies = with_lent_masses(posture.model).bodies
+    moves: list[Any] = []
+    for now, then in zip(posture.now.bodies, before.bodies, strict=True):
+        moves += so3.subtract(then[0:3], now[0:3])
+        moves += so3.log(so3.multiply(so3.transpose(now[3:12]), then[3:12]))
+    loads = replace(
+        _metric(posture, structure, mask, bodies, False), wrenches=acting.of_bodies(posture, _weighed(bodies, moves))
+    )
+    g = [-m * phi for m, phi in zip(mask, constraints.residual(posture.model, posture.now), strict=True)]
+    solution = _solved(posture, structure, loads, g, mask, bodies=bodies)
+    return replace(solution, rates=[a + b for a, b in zip(x, solution.rates, strict=True)])
+
+
+def _weighed(bodies: Sequence[Body], x: Sequence[Number]) -> list[Any]:
+    """M x, of all bodies (6 k)."""
+    found: list[Any] = [0.0] * len(x)
+    for (row, column), mass in dynamics.body_masses(bodies).items():
+        found[row] = found[row] + mass * x[column]
+    return found
+
+
 def position_correction(
-    posture: Posture, structure: kkt.Structure, mask: Sequence[Number], x: Sequence[Number], masses: bool = False
+    posture: Posture, structure: kkt.Structure, mask: Sequence[Number], x: Sequence[Number]
 ) -> Solution:
     """The next total correction along the rates, as `projection.position_correction` has it for bodies: with the
-    metric |r - r^|^2 + |R - R^|^2 at `posture`, which is q^ moved by x, or with that of the masses."""
-    tree, bodies = posture.tree, with_lent_masses(posture.model).bodies
-    if not masses:
-        bodies = tuple(Body(body.name, 1.0, (2.0, 2.0, 2.0, 0.0, 0.0, 0.0)) for body in bodies)
+    metric |r - r^|^2 + |R - R^|^2 at `posture`, which is q^ moved by x."""
+    tree = posture.tree
+    bodies = tuple(Body(body.name, 1.0, (2.0, 2.0, 2.0, 0.0, 0.0, 0.0)) for body in posture.model.bodies)
     loads = _metric(posture, structure, mask, bodies, False)
     g = [-phi for phi in constraints.residual(posture.model, posture.now)]
     moved = carried(tree, posture.links, Loads(loads.inertia, loads.wrenches), x)
@@ -300,12 +325,9 @@ def carried_on(posture: Posture, before: Instant) -> list[Any]:
     tree, bodies = posture.tree, posture.model.bodies
     pairs = list(zip(posture.now.bodies, before.bodies, strict=True))
     lost = [b - a for now, then in pairs for a, b in zip(now[12:18], then[12:18], strict=True)]
-    push: list[Any] = [0.0] * len(lost)
-    for (row, column), mass in dynamics.body_masses(bodies).items():
-        push[row] = push[row] + mass * lost[column]
     inertia = [acting.rigid(tree, link, bodies) for link in tree.links]
     armatures = [link.armature for link in tree.links for _ in link.rates]
-    loads = Loads(inertia, acting.of_bodies(posture, push), armatures=armatures)
+    loads = Loads(inertia, acting.of_bodies(posture, _weighed(bodies, lost)), armatures=armatures)
     return Reduction(tree, posture.links, loads, posture.waiting, posture.free).solution({})[0]
 
 

@@ -135,8 +135,7 @@ def test_a_gap_closes_alike_in_any_size_and_the_mass_centre_stays(coordinates: s
         mass = np.array([9.0, 26.0])
         centre = np.tensordot(mass, ds.position.values, (0, 1)) / mass.sum()
         straight = centre[0] + np.outer(ds.time.values, [9 * 0.6 * size / 35, 0, 0])
-        stays = 1e-9 if coordinates == "lie" else 2e-5  # of joints the moves, not the paths of bodies
-        np.testing.assert_allclose(centre, straight, rtol=0, atol=stays * size)
+        np.testing.assert_allclose(centre, straight, rtol=0, atol=1e-9 * size)
         found.append(np.concatenate([ds.position.values / size, ds.angular_velocity.values], axis=-1))
     np.testing.assert_allclose(found[0], found[1], rtol=0, atol=2e-6)
     np.testing.assert_allclose(found[2], found[1], rtol=0, atol=1e-8)
