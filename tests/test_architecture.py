@@ -49,7 +49,7 @@ INSIDE = {  # the floors of rooms, lowest first
     ],
     "scenario": [
         {"base", "meshes", "study_errors"}, {"schema"}, {"formulas"}, {"reading"}, {"checks"},
-        {"resolve", "study_points", "study_names"}, {"start"}, {"html_repr", "system"},
+        {"resolve", "after_sets", "study_points", "study_names"}, {"start"}, {"html_repr", "system"},
     ],
     "importing": [
         {"notes"}, {"base", "markup", "mujoco_words"}, {"mjcf", "urdf"}, {"imported", "reading"}, {"mapping"},

@@ -13,17 +13,19 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from lienumba.errors import Problem, ScenarioError
+from lienumba.mechanics.elements.events import SET
 from lienumba.mechanics.elements.inputs import written
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
 from lienumba.mechanics.system.output_variables import usual
 from lienumba.numerics.number import Vector
+from lienumba.scenario.after_sets import check_sets
 from lienumba.scenario.base import paths, timegrid, toml
 from lienumba.scenario.base.code import PYTHON
 from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.base.paths import BESIDE, LISTS
 from lienumba.scenario.base.problems import tables
-from lienumba.scenario.base.toml import Keys
+from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.base.units import units
 from lienumba.scenario.checks.integrator import damping_of, method_of
 from lienumba.scenario.checks.reference_formulas import used
@@ -252,8 +254,14 @@ def resolve(
     if not counted and isinstance(sweep := raw.get("sweep"), dict):
         sweep.setdefault("runs", 1)
     raw = read_run_tables(read_in(with_files(raw, Path())))
-    written = copy.deepcopy(raw) if "study" in raw else raw
+    sets = any(event.get("action") == SET.name for event in tables(table_in(raw, "model").get("events")))
+    written = copy.deepcopy(raw) if sets or "study" in raw else raw
     scenario = _resolved(raw, problems, file)
+    if sets:
+        wrong, doubtful = check_sets(written, scenario, lambda point: _resolved(point, [], file))
+        if wrong:
+            raise ScenarioError(*wrong)
+        scenario = replace(scenario, warnings=[*scenario.warnings, *doubtful])
     if scenario.data.study is None:
         return scenario
     elsewhere = used(scenario.data.study.reference, scenario.parameters)

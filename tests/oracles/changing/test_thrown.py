@@ -12,6 +12,7 @@ from lienumba.mechanics.system.switched import turning
 from tests.oracles.changing import scenarios
 
 G = 9.81
+AXES = {"axes": [[1, 0, 0]] * 2, "references": [[0, 1, 0]] * 2}
 
 
 def thrown(points: list[Any], inertia: list[float], end: float, mass: float = 1.0, **contact: Any) -> dict[str, Any]:
@@ -59,6 +60,28 @@ def test_a_corner_that_begins_to_slide_does_so_against_its_friction(friction: fl
     assert np.diff(energy).max() < 1e-12
     assert (energy[:, 0] - energy[:, -1] > 1e-7).all()
     np.testing.assert_allclose(ds.position.values[:, -1], ds.position.values[-1:, -1].repeat(9, axis=0), atol=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore:.*feeds energy in", "ignore:.*nothing uses it")
+@pytest.mark.parametrize(("coulomb", "sets"), [("0.5 - t", None), ("c", {"c": -1.0}), ("c", {"c": "-t"})])
+def test_friction_that_becomes_negative_ends_a_run(coulomb: str, sets: dict[str, Any] | None) -> None:
+    """It went on as a success, faster and faster."""
+    slider = {"name": "b", "mass": 1.0, "inertia": [1, 1, 1]}
+    rail = {"name": "r", "type": "prismatic", "bodies": ["ground", "b"], "points": [[0, 0, 0]] * 2}
+    brake = {"type": "friction", "joint": "r", "coulomb": coulomb, "static": 0.6}
+    for integrator in ({"tolerance": 1e-8}, {"method": "rk4", "step": 0.01}):
+        ds = lienumba.run(
+            {
+                "parameters": {"c": 0.5},
+                "model": {"bodies": [slider], "joints": [rail | AXES | {"displacement": 0.0, "speed": 2.0}],
+                          "forces": [brake]},
+                "events": [{"name": "e", "when": "t > 0.6", "action": "set", "parameters": sets}] if sets else [],
+                "integrator": integrator | {"end_time": 1.5},
+            }
+        )  # fmt: skip
+        names = dict(zip(ds.status.attrs["flag_values"], ds.status.attrs["flag_meanings"].split(), strict=True))
+        assert names[int(ds.status[0])] == "friction_pushes"
+        assert 0.5 < float(ds.end_time[0]) < 1.0
 
 
 def test_a_run_in_which_friction_pushes_does_not_succeed(monkeypatch: pytest.MonkeyPatch) -> None:

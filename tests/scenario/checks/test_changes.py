@@ -36,6 +36,7 @@ SLEEVE = joint(
 SET = 'action = "set"'
 SHAKEN = driver('joint = "rail"', 'value = "0.1*sin(t)"')
 MOTOR = force('type = "actuator"', 'joint = "pivot"', 'value = "kp"')
+STICKS = force('type = "friction"', 'joint = "pivot"', "coulomb = 1", 'static = "kp"')
 HEAVY = (
     '[[model.bodies]]\nname = "free"\nmass = "{}"\ninertia = [1, 1, 1]\nposition = [9, 9, 9]\nrotation = [1, 0, 0, 0]\n'
 )
@@ -69,6 +70,11 @@ CASES = {
     "unknown parameter": (
         rig(PARAMETERS, event(SET, "parameters = { kd = 1 }"), MOTOR),
         'events.act.parameters.kd: is not a parameter; the nearest known name is "kp"',
+    ),
+    "static friction that is set below the other": (
+        rig(PARAMETERS, STICKS, event(SET, "parameters = { kp = 0.5 }")),
+        'events.act.parameters: model.forces.push.static = "kp" = 0.5: must be at least coulomb = 1.0; exchange the '
+        "two, or give the same",
     ),
     "not a number": (
         rig(PARAMETERS, event(SET, "parameters = { kp = true }"), MOTOR),

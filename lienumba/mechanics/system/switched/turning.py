@@ -92,7 +92,8 @@ def pushing(model: Model, now: Instant, multipliers: Sequence[Number]) -> list[A
         force = [-mu for mu in multipliers[first:][tangents]]
         if switch.what == FRICTION:  # that slides is a load
             kept, _ = laws.heading(model, switch, everything, mode.memory)
-            force = [where(mode.on > STICK, -d, f) for d, f in zip(kept, force, strict=True)]
+            effort = _effort(model, switch, now, "coulomb")
+            force = [where(mode.on > STICK, -effort * d, f) for d, f in zip(kept, force, strict=True)]
         power: Any = 0.0
         for f, x in zip(force, w, strict=True):
             power = power + f * x
