@@ -14,7 +14,7 @@ from lienumba.compiler.routines.marks import Floats1, Floats2, apart, inlined
 from lienumba.integrators.drivers.switching.problem import Problem, eliminate
 from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_GRIP, SWITCH_ROWS, SWITCH_SHARES
 
-AT_EDGE = 1e4  # u: all but 5e-9 of what there may be
+AT_EDGE, NEXT_TO_EDGE = 1e4, 2e3  # u: all but 5e-9, and all but 1e-7, of what there may be
 PATIENCE, HALVINGS = 60, 12  # Newton steps, and how often one is halved
 BALANCED, NEARLY = 1e-13, 1e-7  # of the largest load: rounding, and what is close to a limit
 FAINT = 1e-9  # of the largest mu N: what presses by less counts as this

@@ -282,13 +282,26 @@ def _grip(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, s
 
 
 @inlined
-def _pace(r: Reactions, switch: int, slight: float, shared: bool, scale: float, fastest: float) -> float:
+def _edge(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) -> float:
+    """The motion beyond which contacts that share are at their limits: less where this one was next to its own when
+    all was decided last, and has come to it. Nearer than that its forces in a step are rounding."""
+    p, edge = r.problem, grips.AT_EDGE
+    if switch_fired(rows, first, sizes, lane, switch, layout.SLIDES) and grips.has_grip(p, r.grips, switch):
+        grip = first.state + layout.memory_row(sizes) + p.switches[switch, layout.SWITCH_GRIP]
+        rest = 1.0 - rows[grip, lane] * rows[grip, lane] - rows[grip + 1, lane] * rows[grip + 1, lane]
+        if rest * grips.NEXT_TO_EDGE * grips.NEXT_TO_EDGE < 1.0:
+            edge = 0.5 * grips.NEXT_TO_EDGE
+    return edge
+
+
+@inlined
+def _pace(r: Reactions, switch: int, slight: float, shared: bool, scale: float, fastest: float, edge: float) -> float:
     """How fast what has come to its limit slips, in parts of the fastest that slips with it; 0 where it does not."""
     p, row = r.problem, r.problem.switches[switch, SWITCH_FIRST]
     if p.switches[switch, SWITCH_TANGENTS] == 0 or not p.x[row] > slight:
         return 0.0
     if shared and grips.has_grip(p, r.grips, switch):
-        return along(r, switch, r.grips.z) / (scale * fastest) if fastest > grips.AT_EDGE else 0.0
+        return along(r, switch, r.grips.z) / (scale * fastest) if fastest > edge else 0.0
     return 1.0 if _on_edge(r, switch) else 0.0
 
 
@@ -298,7 +311,7 @@ def _grip_together(
 ) -> bool:
     """The same of one group of them; limit: whether any contact has come to all that it may hold."""
     p, g, on, slid = r.problem, r.grips, first.state + layout.on_row(sizes), False
-    some, shared, fastest, scale = False, False, 0.0, 0.0
+    some, shared, fastest, scale, edge = False, False, 0.0, 0.0, grips.AT_EDGE
     for s in range(sizes.switches):
         rests = g.group[p.switches[s, SWITCH_FIRST]] == group and rows[on + s, lane] == STICK and p.law[s] == PRESSES
         some = some or (rests and p.switches[s, layout.SWITCH_GRIP] >= 0)
@@ -309,16 +322,18 @@ def _grip_together(
         shared = grips.depend(p, g, r.taken)
     if shared:
         fastest, scale = grips.find(p, g, r.taken)
+        for s in range(sizes.switches):
+            edge = min(edge, _edge(r, rows, first, sizes, lane, s))
     less = False
     for s in range(sizes.switches if limit else 0):  # what slips with less friction does so with an acceleration
         kinetic = number(rows, first, sizes, lane, s, layout.KINETIC)
         rests = g.group[p.switches[s, SWITCH_FIRST]] == group and rows[on + s, lane] == STICK and p.law[s] == PRESSES
-        if rests and p.friction[s] > kinetic and _pace(r, s, slight, shared, scale, fastest) > FOLLOWS:
+        if rests and p.friction[s] > kinetic and _pace(r, s, slight, shared, scale, fastest, edge) > FOLLOWS:
             p.friction[s], less = kinetic, True
     for s in range(sizes.switches):
         row, own = p.switches[s, SWITCH_FIRST], grips.has_grip(p, g, s)
         rests = g.group[row] == group and rows[on + s, lane] == STICK and p.law[s] == PRESSES
-        pace = _pace(r, s, slight, shared, scale, fastest) if rests and limit and not less else 0.0
+        pace = _pace(r, s, slight, shared, scale, fastest, edge) if rests and limit and not less else 0.0
         if pace > FOLLOWS:
             for i in range(row + 1, row + 3 if shared and own else row + 1):
                 p.x[i] = g.forces[i]
