@@ -7,7 +7,7 @@ from lienumba.integrators import layout
 from lienumba.integrators.drivers.acting import fired, used
 from lienumba.integrators.drivers.switching import used_rows
 from lienumba.integrators.drivers.switching.problem import BOUNDED, FREE, HOLDS, PRESSES, SLIDES
-from lienumba.integrators.drivers.switching.reactions import Reactions, along, number, slow, spread, still, touches
+from lienumba.integrators.drivers.switching.reactions import MOVES, Reactions, along, number, push, slow, still, touches
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     FRICTION,
@@ -23,8 +23,6 @@ from lienumba.integrators.layout import (
 )
 from lienumba.integrators.sizes import Sizes
 
-MOVES = 1e-2  # of `still`: what is asked as at rest, and is faster, is brought to rest before
-
 
 @inlined
 def switch_fired(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, which: int) -> bool:
@@ -33,8 +31,9 @@ def switch_fired(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: 
 
 
 @apart
-def may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
-    """The laws of what holds, rests or slides, with the accelerations that all else gives."""
+def may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, halted: bool) -> None:
+    """The laws of what holds, rests or slides, with the accelerations that all else gives. halted: whether what may be
+    at rest was brought to rest: what then moves slides on."""
     p, on = r.problem, first.state + layout.on_row(sizes)
     for i in range(sizes.switched):
         p.free[i] = rows[first.change + layout.border_accelerations(sizes) + i, lane]
@@ -47,7 +46,7 @@ def may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int)
             p.law[s] = float(HOLDS)
         if kind == UNILATERAL and r.rates[row] <= rest and (closed or touches(rows, first, sizes, lane, s, row)):
             p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, layout.STATIC)
-            if speed > slow(rows, first, sizes, lane, s):
+            if speed > (rest if halted else slow(rows, first, sizes, lane, s)):
                 slide_on(r, rows, first, sizes, lane, s, speed)
         if kind == FRICTION:
             p.law[s], p.bound[s] = float(BOUNDED), number(rows, first, sizes, lane, s, layout.STATIC_EFFORT)
@@ -106,7 +105,7 @@ def halt(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) ->
     """Impulses, to x, that bring to rest what is to be asked as at rest; whether there are any. Where contacts say the
     same, what is left of their speeds times that at which bodies turn would be accelerations that no forces give."""
     p, some = r.problem, False
-    may_act(r, rows, first, sizes, lane)
+    may_act(r, rows, first, sizes, lane, False)
     for i in range(sizes.switched):
         r.wanted[i], r.taken[i], p.free[i] = -1.0, 0.0, 0.0
     for s in range(sizes.switches):
@@ -126,6 +125,6 @@ def halt(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) ->
     if some:
         used_rows.take(r)
         for i in range(sizes.switched):
-            p.x[i], r.wanted[i] = 0.0, r.taken[i]
-        spread(r)
+            r.wanted[i] = r.taken[i]
+        push(r, rows, first, sizes, lane)
     return some

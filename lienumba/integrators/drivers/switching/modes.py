@@ -17,8 +17,8 @@ from lienumba.integrators.drivers.switching.reactions import (
     Reactions,
     along,
     number,
+    push,
     slow,
-    spread,
     still,
 )
 from lienumba.integrators.drivers.switching.used_rows import SHARED, TANGENT, UNKNOWN, held, independent, remove
@@ -86,7 +86,7 @@ def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, 
     """How every switch goes on, to the state; see `complementarity.solve`. step: of explicit steps of given length (s),
     else 0."""
     p, largest = r.problem, 0.0
-    may_act(r, rows, first, sizes, lane)
+    may_act(r, rows, first, sizes, lane, True)
     for i in range(sizes.switched):
         if p.S[i, i] > 0.0:
             largest = max(largest, size(p.free[i]) / p.S[i, i])
@@ -370,7 +370,7 @@ def heads(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
     if not some:
         return False
     for i in range(sizes.switched):
-        p.x[i], r.wanted[i], p.free[i] = 0.0, r.taken[i], 0.0
+        r.wanted[i], p.free[i] = r.taken[i], 0.0
     for s in range(sizes.switches):
         row = p.switches[s, SWITCH_FIRST] + p.switches[s, SWITCH_ROWS] - p.switches[s, SWITCH_TANGENTS]
         if rows[on + s, lane] == STICK and p.switches[s, SWITCH_TANGENTS] == 2:
@@ -382,7 +382,7 @@ def heads(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
                 fast = CREEPS * rest * r.paces[s] * p.direction[i]
                 fast = p.rates[i] * min(time, longest) if r.begins[s] == AT_ONCE else fast
                 r.wanted[i], p.free[i] = 1.0, fast - r.rates[i]
-    spread(r)
+    push(r, rows, first, sizes, lane)
     return True
 
 

@@ -18,7 +18,9 @@ from lienumba.integrators.sizes import Sizes
 
 STILL = 1e-9  # of the largest speed of a switch so far: what moves no faster than this is at rest
 SLOWEST = 1e-3  # of a length in a whole run: no speed that others are compared with is less
-SLOW = 1e-7  # the same: what slides slower has no direction of its own
+MOVES = 1e-2  # of that: what is asked as at rest, and is faster, is brought to rest before
+REACHED = 0.1  # of a change that is asked for: what misses it by more than this was not to be had
+SLOW = 1e-7  # of the largest speed: what slides slower has no direction of its own
 INDEPENDENT, NOISE = 1e-10, 1e-12  # of a row's own size, and of that alone: a pivot below says that others say the same
 RESTS, AT_ONCE, SMOOTHLY = 0.0, 1.0, 2.0  # sliding begins: with an acceleration, or where its limit is just reached
 STOPS, GOES_ON = 3.0, 4.0  # or may have ended, which it has not
@@ -133,6 +135,48 @@ def spread(r: Reactions) -> None:
         if r.wanted[i] != 0.0:
             p.x[i] += p.step[n]
             n += 1
+
+
+@apart
+def push(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
+    """As `spread`, from no impulses. In a posture in which a motion has no part along some sliding, nothing changes
+    that: of what is asked of such tangents, what can be had."""
+    p = r.problem
+    _spread_anew(r, sizes)
+    for s in range(sizes.switches):
+        end, asked, lacks = p.switches[s, SWITCH_FIRST] + p.switches[s, SWITCH_ROWS], 0.0, 0.0
+        for i in range(end - p.switches[s, SWITCH_TANGENTS], end):
+            left = p.free[i] - _changed(r, i)
+            asked, lacks = asked + p.free[i] * p.free[i], lacks + left * left
+        least = MOVES * still(rows, first, sizes, lane, s)
+        if p.switches[s, SWITCH_TANGENTS] == 2 and asked > least * least and lacks > REACHED * REACHED * asked:
+            held = end - 1 if p.x[end - 1] == 0.0 else end - 2  # the tangent that moves with the other one, or not
+            moves, wanted = 2 * end - 3 - held, p.free[held]
+            r.wanted[held] = 0.0
+            _spread_anew(r, sizes)
+            before, asked = _changed(r, held), p.free[moves]
+            p.free[moves] = asked + 1.0
+            _spread_anew(r, sizes)
+            with_it = _changed(r, held) - before
+            change = with_it * (wanted - before) / (1.0 + with_it * with_it)
+            p.free[moves], p.free[held] = asked + change, before + with_it * change
+            _spread_anew(r, sizes)
+
+
+@inlined
+def _spread_anew(r: Reactions, sizes: Sizes) -> None:
+    for i in range(sizes.switched):
+        r.problem.x[i] = 0.0
+    spread(r)
+
+
+@inlined
+def _changed(r: Reactions, row: int) -> float:
+    """What impulses change the rate of a row by."""
+    total = 0.0
+    for j in range(r.problem.free.size):
+        total += r.problem.S[row, j] * r.problem.x[j]
+    return total
 
 
 @inlined
