@@ -29,6 +29,7 @@ from lienumba.integrators.layout import (
     SLIDE,
     STICK,
     SWITCH_FIRST,
+    SWITCH_GRIP,
     SWITCH_KIND,
     SWITCH_ROWS,
     SWITCH_TANGENTS,
@@ -245,6 +246,8 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
                 memory = p.switches[s, layout.SWITCH_MEMORY] + n
                 measured = rows[first.change + layout.border_memory(sizes) + memory, lane]
                 rows[first.state + layout.memory_row(sizes) + memory, lane] = measured
+            if p.switches[s, SWITCH_GRIP] >= 0 and _begins(r, s):  # with what is faster, so it may be slow
+                rows[first.state + layout.memory_row(sizes) + p.switches[s, SWITCH_GRIP] + 2, lane] = 0.0
     return slid
 
 
@@ -287,7 +290,7 @@ def _edge(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, s
     all was decided last, and has come to it. Nearer than that its forces in a step are rounding."""
     p, edge = r.problem, grips.AT_EDGE
     if switch_fired(rows, first, sizes, lane, switch, layout.SLIDES) and grips.has_grip(p, r.grips, switch):
-        grip = first.state + layout.memory_row(sizes) + p.switches[switch, layout.SWITCH_GRIP]
+        grip = first.state + layout.memory_row(sizes) + p.switches[switch, SWITCH_GRIP]
         rest = 1.0 - rows[grip, lane] * rows[grip, lane] - rows[grip + 1, lane] * rows[grip + 1, lane]
         if rest * grips.NEXT_TO_EDGE * grips.NEXT_TO_EDGE < 1.0:
             edge = 0.5 * grips.NEXT_TO_EDGE
@@ -314,7 +317,7 @@ def _grip_together(
     some, shared, fastest, scale, edge = False, False, 0.0, 0.0, grips.AT_EDGE
     for s in range(sizes.switches):
         rests = g.group[p.switches[s, SWITCH_FIRST]] == group and rows[on + s, lane] == STICK and p.law[s] == PRESSES
-        some = some or (rests and p.switches[s, layout.SWITCH_GRIP] >= 0)
+        some = some or (rests and p.switches[s, SWITCH_GRIP] >= 0)
     for i in range(sizes.switched):
         g.carries[i] = 0.0
     if some:
@@ -344,7 +347,7 @@ def _grip_together(
             if shared and scale > 0.0:
                 c, d, u, v, w = grips.kept(p, g, s, scale)
             memory = first.state + layout.memory_row(sizes)
-            start, grip = memory + p.switches[s, layout.SWITCH_MEMORY], memory + p.switches[s, layout.SWITCH_GRIP]
+            start, grip = memory + p.switches[s, layout.SWITCH_MEMORY], memory + p.switches[s, SWITCH_GRIP]
             rows[start, lane], rows[start + 1, lane] = c, d
             rows[grip, lane], rows[grip + 1, lane], rows[grip + 2, lane] = u, v, w
             for i in range(start + 2, grip):
