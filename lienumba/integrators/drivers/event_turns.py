@@ -32,6 +32,7 @@ from lienumba.integrators.layout import (
     SLIDE,
     SLIDES,
     STICK,
+    SWIFTEST,
     SWITCH_FIRST,
     SWITCH_KIND,
     UNILATERAL,
@@ -41,7 +42,7 @@ from lienumba.integrators.layout import (
 from lienumba.integrators.reach import EVEN, by_changes, by_rates
 from lienumba.integrators.sizes import Sizes
 from lienumba.integrators.truth import AT_ROOT, BAND
-from lienumba.numerics.operations import maximum, minimum
+from lienumba.numerics.operations import absolute, maximum, minimum
 
 TRIES = 24  # at parabolas and halves
 FAINT = 1e-14  # in the unit of a condition: of what is locked at 0 all is rounding
@@ -91,6 +92,16 @@ def keep_rates(sizes: Sizes, at: Workspace, new: int) -> None:
     for n in range(sizes.events):
         row = layout.peak_row(sizes) + END_RATE * sizes.events + n
         store(at.conditions, row, load(new, layout.rate_row(sizes) + n))
+
+
+@apart
+def doubt_rates(sizes: Sizes, at: Workspace, new: int, jumps: Mask) -> None:
+    """Where the step ends on a discontinuity at which a rate jumps, it is not known: not on which side of it."""
+    for n in range(sizes.events):
+        peaks, rate = at.conditions + ROW * (layout.peak_row(sizes) + n), layout.rate_row(sizes) + n
+        leap = absolute(load(at.following, rate) - load(new, rate)) > BEYOND * load(peaks, SWIFTEST * sizes.events)
+        end = load(peaks, END_RATE * sizes.events)
+        store(peaks, END_RATE * sizes.events, choose(jumps & leap, splat(np.nan), end))
 
 
 @apart

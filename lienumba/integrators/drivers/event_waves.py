@@ -23,7 +23,7 @@ from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import HOLDS, maximum, minimum
 
 FINEST = 2.0**-10  # of a step: what is not halved any more
-WAVES = 4.0  # times its largest size, what its largest rate so far would make of a condition: it may be a wave
+WAVES = 2.5  # times its largest size, what its largest rate so far would make of a condition: it may be a wave
 STEADY = 1.25  # as `EVEN`, of whole steps: of waves both ends may be alike by chance
 SHORT = 0.118  # of the way, the first part: no fraction of it, since values one period apart are alike
 LAST = 2.0**-30  # so near to the end a part goes on to it

@@ -9,7 +9,7 @@ from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import certificates, stages
 from lienumba.integrators.drivers.acting import PAST, follow, gather, hold, if_it_acts, pass_over, sift
 from lienumba.integrators.drivers.event_search import EDGE, LATER, SOUGHT, TOUCH, search
-from lienumba.integrators.drivers.event_turns import go_on, keep_rates, seek_turns
+from lienumba.integrators.drivers.event_turns import doubt_rates, go_on, keep_rates, seek_turns
 from lienumba.integrators.drivers.event_waves import count_more, see_peaks, seek_first
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
 from lienumba.integrators.drivers.switching.reactions import STILL
@@ -182,6 +182,7 @@ def _see(
     if any_lane(jumps):
         store(at.clock, layout.TIME, until * BEHIND)
         call(kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, at.following, at.work)
+        doubt_rates(sizes, at, new, jumps)
     for s in range(sizes.switches):
         force = SLIGHT * absolute(load(new, sizes.events + layout.CONDITIONS * s + OPENS))
         closed = load(at.new, layout.on_row(sizes) + s) != OFF

@@ -72,6 +72,8 @@ def events(tracer: Tracer) -> Kernel:
     else:
         outputs += [0.0] * (layout.CONDITIONS * len(tracer.augmented.switches))
         pushing = [0.0] * len(tracer.augmented.switches)
+    if accelerations is None and _sped(tracer, model):
+        accelerations = tracer.observed(model, posture, mask, observing.expected(tracer, graph))[0]
     everything = kinematics.still(posture.now, tuple(range(len(model.bodies))))
     values = [x for event in model.events for x in event.numbers]
     outputs += [quantities.evaluate(model, x, everything, observed) for x in values]
@@ -82,8 +84,19 @@ def events(tracer: Tracer) -> Kernel:
     return tracer.kernel("events", outputs + quantities.condition_rates(model, posture.now, accelerations))
 
 
+def _sped(tracer: Tracer, model: Model) -> bool:
+    """Whether the rate of a condition follows from accelerations, and steps are as long as the motion lets them: then
+    it may pass 0 several times in one."""
+    if not (tracer.method.adaptive or tracer.tableau.implicit):
+        return False
+    conditions = [event.when for event in model.events]
+    return any(quantities.has_rate(model, x) and not quantities.moves(model, x) for x in conditions)
+
+
 def foreseen(tracer: Tracer, model: Model) -> bool:
-    """Whether positions and velocities decide about all conditions."""
+    """Whether positions and velocities decide about all conditions, and say how fast these change."""
+    if _sped(tracer, model):
+        return False
     return unforced(tracer.augmented.switches) and not reads_observed(model, [event.when for event in model.events])
 
 

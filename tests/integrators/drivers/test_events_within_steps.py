@@ -269,3 +269,49 @@ def test_what_happens_several_times_in_a_step_is_counted(integrator: dict[str, A
     assert (np.asarray(lines) > 2).any()
     np.testing.assert_array_equal(ds["event_count"].sel(event="turn"), turns)
     np.testing.assert_array_equal(ds["event_count"].sel(event="line"), lines)
+
+
+@pytest.mark.parametrize(
+    "integrator",
+    [
+        *({"tolerance": 1e-6, "method": method} for method in ("dop853", "dp54", "taylor", "radau5")),
+        {"tolerance": 1e-9}, {"tolerance": 1e-6, "coordinates": "joint"}, {"step": 0.25, "method": "radau5"},
+    ],
+    ids=str,
+)  # fmt: skip
+def test_speeds_that_rise_and_fall_several_times_in_a_step_are_counted(integrator: dict[str, Any]) -> None:
+    """A wheel spins, steps of which are half a turn; a torque that jumps turns it faster, then brakes it."""
+    runs, end = 60, 10.0
+    ds = simulated(
+        {
+            "bodies": [BODY | {"inertia": [0.2, 0.2, 0.3], "position": [0, 0, 0], "angular_velocity": [0, 0, "w"],
+                               "velocity": [0, 0, 0]}],
+            "forces": [{"type": "torque", "body": "b", "value": [0, 0, "0.3*where(t < 3.3, a, -a)"]}],
+        },
+        [{"name": "fast", "when": "v.x > c"}, {"name": "square", "when": "v.x**2 > c*c + 1"}],
+        integrator | {"end_time": end},
+        quantities=[PLACE, SPEED | {"point": [1, 0, 0]}],
+        parameters={"w": 10.0, "a": 1.0, "c": 0.0},
+        sweep={
+            "runs": runs,
+            "vary": {
+                "parameters.w": {"distribution": "uniform", "low": 5, "high": 12},
+                "parameters.a": {"distribution": "uniform", "low": -0.5, "high": 1},
+                "parameters.c": {"distribution": "uniform", "low": -3, "high": 3},
+            },
+        },
+    )  # fmt: skip
+    w, a, c = (ds[f"parameters.{name}"].values[:, None] for name in "wac")
+    t = np.linspace(0, end, 100_001)
+    rate = w + a * np.where(t < 3.3, t, 6.6 - t)
+    angle = w * t + a * np.where(t < 3.3, 0.5 * t * t, 3.3**2 - 0.5 * (6.6 - t) ** 2)
+    speed = -rate * np.sin(angle)
+    for n, condition in enumerate((speed - c, speed**2 - c * c - 1)):
+        crests = np.abs(condition[:, 1:-1])[
+            (np.diff(condition, axis=1)[:, 1:] * np.diff(condition, axis=1)[:, :-1]) < 0
+        ]
+        assert crests.size > 1000
+        rising = (condition[:, 1:] > 0) & (condition[:, :-1] <= 0)
+        counts = rising.sum(axis=1) + (condition[:, 0] > 0)
+        wrong = ds["event_count"].values[:, n] != counts
+        assert wrong.sum() <= 1, (wrong, counts - ds["event_count"].values[:, n])
