@@ -14,7 +14,7 @@ from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.acting import follow, if_it_acts
 from lienumba.integrators.drivers.certificates import BEYOND
-from lienumba.integrators.drivers.event_search import SOUGHT, locate, look_within, search_between
+from lienumba.integrators.drivers.event_search import SOUGHT, TOUCH, locate, look_within, search_between
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
 from lienumba.integrators.drivers.lobatto import point
 from lienumba.integrators.drivers.workspace import Rows
@@ -24,11 +24,13 @@ from lienumba.integrators.layout import (
     END_RATE,
     EXTENT,
     FRICTION,
+    OFF,
     OPENS,
     POINTS,
     RATE,
     RECORDS,
     SEEKS,
+    SIZE,
     SLIDE,
     SLIDES,
     STICK,
@@ -67,9 +69,13 @@ def _value(sizes: Sizes, at: Workspace, n: int, k: int, last: int) -> Lanes:
 
 @inlined
 def rate_of(sizes: Sizes, at: Workspace, n: int, k: int, last: int) -> Lanes:
-    """Its rate there (1/s), NaN where it is not known."""
+    """Its rate there (1/s), NaN where it is not known: of switches it is that of open gaps."""
     if n >= sizes.events:
-        return splat(np.nan)
+        if (n - sizes.events) % layout.CONDITIONS != OPENS:
+            return splat(np.nan)
+        switch = (n - sizes.events) // layout.CONDITIONS
+        rate = -_value(sizes, at, n + SLIDES - OPENS, k, last) / length_of(sizes, at, n)
+        return choose(load(at.state, layout.on_row(sizes) + switch) == OFF, rate, splat(np.nan))
     if k == 0 or k == last:
         which = RATE if k == 0 else END_RATE
         return load(at.conditions, layout.peak_row(sizes) + which * sizes.events + n)
@@ -77,11 +83,20 @@ def rate_of(sizes: Sizes, at: Workspace, n: int, k: int, last: int) -> Lanes:
 
 
 @inlined
+def length_of(sizes: Sizes, at: Workspace, n: int) -> Lanes:
+    """With which the gaps of a switch are compared (m or rad)."""
+    switch = (n - sizes.events) // layout.CONDITIONS
+    row = layout.border_numbers(sizes) + layout.CONTACT_NUMBERS * switch + SIZE
+    return load(at.change, row)
+
+
+@inlined
 def least_of(sizes: Sizes, at: Workspace, n: int, before: Lanes) -> Lanes:
     """By how much a condition has to be on the other side of 0: see `truth`, and `certificates`."""
     if n >= sizes.events:
         switch = (n - sizes.events) // layout.CONDITIONS
-        return BEYOND * load(at.change, layout.change_forces(sizes) + switch)
+        least = BEYOND * load(at.change, layout.change_forces(sizes) + switch)
+        return choose(load(at.state, layout.on_row(sizes) + switch) == OFF, splat(TOUCH), least)
     extent = load(at.conditions, layout.peak_row(sizes) + EXTENT * sizes.events + n)
     return maximum(extent * choose(before > 0.0, splat(BAND), splat(AT_ROOT)), splat(FAINT))
 

@@ -1,5 +1,5 @@
-"""Conditions of events that pass 0 several times within the open step: which time is the first, and how often they come
-true.
+"""Conditions that pass 0 several times within the open step: which time is the first, of events and of gaps that close,
+and how often events come true.
 
 Where its rates at the ends of the step do not say that a condition passes 0 once, the step is walked along in parts
 that are halved until theirs do.
@@ -14,15 +14,27 @@ from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.acting import if_it_acts
 from lienumba.integrators.drivers.event_search import SOUGHT, look_within, search_between
-from lienumba.integrators.drivers.event_turns import before_hits, least_of, rate_of
+from lienumba.integrators.drivers.event_turns import before_hits, least_of, length_of, rate_of
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
 from lienumba.integrators.drivers.workspace import Rows
-from lienumba.integrators.layout import ACTION, EXTENT, PICKED, RECORDS, SWIFTEST, UNTIL, Workspace
+from lienumba.integrators.layout import (  # fmt: skip
+    ACTION,
+    EXTENT,
+    OPENS,
+    PICKED,
+    RECORDS,
+    SLIDES,
+    SWIFTEST,
+    SWITCH_KIND,
+    UNILATERAL,
+    UNTIL,
+    Workspace,
+)
 from lienumba.integrators.reach import EVEN, by_rates
 from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import HOLDS, maximum, minimum
 
-FINEST = 2.0**-10  # of a step: what is not halved any more
+FINEST = 2.0**-12  # of a step: what is not halved any more
 WAVES = 2.5  # times its largest size, what its largest rate so far would make of a condition: it may be a wave
 STEADY = 1.25  # as `EVEN`, of whole steps: of waves both ends may be alike by chance
 SHORT = 0.118  # of the way, the first part: no fraction of it, since values one period apart are alike
@@ -45,10 +57,22 @@ def _wavers(sizes: Sizes, at: Workspace, n: int, length: Lanes) -> Lanes:
     p, q, mean = side * length * p, side * length * q, side * (after - before)
     most = maximum(side * before, side * after) + by_rates(minimum(p, q), maximum(p, q), mean)
     turns = choose(_evenly(p, q, mean, STEADY), 1.0, 0.0) == 0.0
-    peaks = at.conditions + ROW * layout.peak_row(sizes)
-    extent, swiftest = load(peaks, EXTENT * sizes.events + n), load(peaks, SWIFTEST * sizes.events + n)
-    may = (most > least_of(sizes, at, n, before)) | (length * swiftest > WAVES * extent)
+    may = most > least_of(sizes, at, n, before)
+    if n < sizes.events:
+        peaks = at.conditions + ROW * layout.peak_row(sizes)
+        extent, swiftest = load(peaks, EXTENT * sizes.events + n), load(peaks, SWIFTEST * sizes.events + n)
+        may = may | (length * swiftest > WAVES * extent)
+    else:  # what opens, then closes, has no gap that is smallest between
+        may = may & ((p > 0.0) | (q < 0.0)) & (before <= 0.0)
     return choose((p == p) & (q == q) & turns & may, splat(1.0), 0.0)
+
+
+@inlined
+def _rate_here(sizes: Sizes, at: Workspace, n: int) -> Lanes:
+    """The rate of a condition where all were looked at last."""
+    if n >= sizes.events:
+        return -load(at.following, n + SLIDES - OPENS) / length_of(sizes, at, n)
+    return load(at.following, layout.rate_row(sizes) + n)
 
 
 @apart
@@ -67,7 +91,7 @@ def _walk(
             break
         b = choose(x + w > end - LAST, end, x + w)
         look_within(kernels, layout.EVENTS, at, t, length, b)
-        g, s = load(at.following, n), load(at.following, layout.rate_row(sizes) + n)
+        g, s = load(at.following, n), _rate_here(sizes, at, n)
         side = choose(f > 0.0, splat(-1.0), splat(1.0))
         p, q, mean = side * w * length * r, side * w * length * s, side * (g - f)
         most = maximum(side * f, side * g) + by_rates(minimum(p, q), maximum(p, q), mean)
@@ -91,11 +115,15 @@ def seek_first(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
     queue: Queue, plan: Plan, good: Mask, t: Lanes, length: Lanes,
 ) -> None:  # fmt: skip
-    """Of events the time at which they first come true in the step: before the one that was found, or where none was,
-    though they may have turned."""
+    """The time at which events first come true in the step, and gaps close: before the one that was found, or where
+    none was, though they may have turned."""
     times, until, seen = at.conditions + ROW * 2 * layout.conditions(sizes), load(at.lanes, UNTIL), False
     whole = before_hits(sizes, at, plan, t, length)
-    for n in range(sizes.events):
+    for n in range(layout.conditions(sizes)):
+        if n >= sizes.events:
+            gap = plan.switches[(n - sizes.events) // layout.CONDITIONS, SWITCH_KIND] == UNILATERAL
+            if not gap or (n - sizes.events) % layout.CONDITIONS != OPENS:
+                continue
         found, before = load(times, n), load(at.conditions, n)
         lanes = good & (found > t) & (_wavers(sizes, at, n, length) > 0.0)
         if any_lane(lanes):
@@ -109,7 +137,7 @@ def seek_first(
             earlier = lanes & (count > 0.0) & ((high < end) | (found == NEVER))
             if any_lane(earlier):
                 store(times, n, choose(earlier, splat(SOUGHT), found))
-                if plan.acts[n, ACTION] != RECORDS:
+                if n < sizes.events and plan.acts[n, ACTION] != RECORDS:
                     if_it_acts(sizes, first, rows, runs, queue, plan, n)
                 earlier = earlier & (load(times, n) == SOUGHT)
                 f_low = choose(f_low < 0.0, f_low, -f_high)
@@ -155,7 +183,7 @@ def count_more(
             begin, end = choose(lanes, (found - t) / length, 0.0), choose(lanes, (ends - t) / length, 0.0)
             look_within(kernels, layout.EVENTS, at, t, length, begin)
             value = maximum(load(at.following, n), splat(HOLDS))
-            rate = load(at.following, layout.rate_row(sizes) + n)
+            rate = _rate_here(sizes, at, n)
             more, _low, _high, _before, _after = _walk(
                 kernels, sizes, at, t, length, n, begin, end, value, rate, False, lanes
             )
