@@ -119,6 +119,15 @@ def doubt_rates(sizes: Sizes, at: Workspace, new: int, jumps: Mask) -> None:
         store(peaks, END_RATE * sizes.events, choose(jumps & leap, splat(np.nan), end))
 
 
+@inlined
+def rises_here(sizes: Sizes, at: Workspace, n: int) -> Mask:
+    """Whether a condition passes 0 at the end of the step, but for rounding."""
+    peaks = at.conditions + ROW * (layout.peak_row(sizes) + n)
+    band = AT_ROOT * load(peaks, EXTENT * sizes.events)
+    before, after = load(at.conditions, n), load(at.conditions, layout.conditions(sizes) + n)
+    return (before < -band) & (after > -band) & (load(peaks, END_RATE * sizes.events) > 0.0)
+
+
 @apart
 def go_on(sizes: Sizes, at: Workspace, new: int, going: Mask) -> None:
     """The conditions at the end of the step are those at the start of the next one in the lanes `going`."""

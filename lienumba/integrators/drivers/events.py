@@ -9,7 +9,7 @@ from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import certificates, stages
 from lienumba.integrators.drivers.acting import PAST, follow, gather, hold, if_it_acts, pass_over, sift
 from lienumba.integrators.drivers.event_search import EDGE, LATER, SOUGHT, TOUCH, search
-from lienumba.integrators.drivers.event_turns import doubt_rates, go_on, keep_rates, seek_turns
+from lienumba.integrators.drivers.event_turns import doubt_rates, go_on, keep_rates, rises_here, seek_turns
 from lienumba.integrators.drivers.event_waves import count_more, see_peaks, seek_first
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
 from lienumba.integrators.drivers.switching.reactions import STILL
@@ -39,7 +39,7 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
-from lienumba.numerics.operations import absolute, minimum
+from lienumba.numerics.operations import HOLDS, absolute, minimum
 
 SLIGHT = 1e-12  # of the largest normal force, of the largest speed so far, of a length: what is less is 0
 SOON = 2.0**-14  # of a run: in a step that is longer nothing is carried along unnoticed
@@ -200,9 +200,10 @@ def _see(
             time = choose(turned & _carried(sizes, at, plan, n - sizes.events), until, time)
         if n < sizes.events and any_lane(jumps):
             behind = load(at.following, n)
-            passed = jumps & (load(new, n) <= 0.0) & (load(at.conditions, n) <= 0.0) & (behind > 0.0)
+            passed = jumps & (load(new, n) <= 0.0) & (load(at.conditions, n) <= 0.0)
+            passed = passed & ((behind > 0.0) | rises_here(sizes, at, n))
             time = choose(passed, until, time)
-            store(new, n, choose(passed, behind, load(new, n)))
+            store(new, n, choose(passed, choose(behind > 0.0, behind, splat(HOLDS)), load(new, n)))
         store(times, n, time)
         if n < runs.event_states.shape[1] and any_lane(time == until):
             store(at.lanes, PICKED, choose(time == until, splat(1.0), splat(0.0)))
