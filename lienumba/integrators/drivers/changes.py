@@ -26,7 +26,7 @@ from lienumba.integrators.drivers.acting import (
     turns,
     used,
 )  # fmt: skip
-from lienumba.integrators.drivers.event_search import TOUCH
+from lienumba.integrators.drivers.event_search import LEAVES, TOUCH
 from lienumba.integrators.drivers.events import SLIGHT, note
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
 from lienumba.integrators.drivers.measuring.steps import forget_past_of
@@ -409,7 +409,10 @@ def _rounding(
         held = dry and not used(sizes, first, rows, plan.switches, lane, switch)
         speed = SLIGHT * rows[first.change + layout.change_speeds(sizes) + switch, lane]
         return force if mode == STICK and not held else speed
-    return TOUCH if mode == OFF else max(force, modes.SLIGHT * -old)
+    if mode == OFF:
+        apart = rows[first.following + sizes.events + condition + layout.SLIDES - layout.OPENS, lane] > 0.0
+        return LEAVES if apart else TOUCH
+    return max(force, modes.SLIGHT * -old)
 
 
 @apart

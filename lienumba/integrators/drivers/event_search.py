@@ -43,6 +43,7 @@ SOUGHT = -1.0  # in the place of a time: it is yet to be found
 FINEST = 2.0**-52  # a fraction of a step is known to the last bit
 LONGEST_SEARCH = 200  # of tries
 TOUCH = 1e-9  # of the length of a contact: where its gap is at most so wide it touches
+LEAVES = 1e-6  # the same: by how much what comes apart may overlap yet, since a step was cut a little behind its impact
 EDGE = 1e-3  # of a step: nearer to its ends the extension is as good as the step
 CLOSE_TO = 2.0**-24  # of a step: how exactly it is known where a step is to be cut
 LATER = 2.0**-23  # of a step: by how much it is cut later, so that the condition is true at its end

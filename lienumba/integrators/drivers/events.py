@@ -8,7 +8,7 @@ from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import certificates, stages
 from lienumba.integrators.drivers.acting import PAST, follow, gather, hold, if_it_acts, pass_over, sift
-from lienumba.integrators.drivers.event_search import EDGE, LATER, SOUGHT, TOUCH, search
+from lienumba.integrators.drivers.event_search import EDGE, LATER, LEAVES, SOUGHT, TOUCH, search
 from lienumba.integrators.drivers.event_turns import doubt_rates, go_on, keep_rates, rises_here, seek_turns
 from lienumba.integrators.drivers.event_waves import count_more, see_peaks, seek_first
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
@@ -158,8 +158,9 @@ def _noise(sizes: Sizes, at: Workspace, plan: Plan, force: Lanes, condition: int
     if condition % layout.CONDITIONS == SLIDES:
         slow = choose(mode == STICK, force, SLIGHT * speed)
         return choose(_carried(sizes, at, plan, condition), SLIGHT * speed, slow)
-    parts = load(at.conditions, rates + condition) >= -STILL * speed
-    return choose(mode != OFF, force, choose(parts, splat(TOUCH), splat(SLIGHT)))
+    rate = load(at.conditions, rates + condition)
+    least = choose(rate > STILL * speed, splat(LEAVES), choose(rate >= -STILL * speed, splat(TOUCH), splat(SLIGHT)))
+    return choose(mode != OFF, force, least)
 
 
 @apart

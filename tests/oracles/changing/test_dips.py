@@ -51,3 +51,48 @@ def test_what_dips_within_a_step_hits(way: dict[str, Any], stop: str, height: fl
     assert asked.all()
     assert (ds.status == 0).all()
     np.testing.assert_allclose(ds.change_time.values[asked, 0], hits[asked], rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-6, 1e-9])
+def test_what_bounces_by_long_steps_does_not_pass_the_floor(tolerance: float) -> None:
+    """A step that was cut a little behind an impact left the tip below the floor by more than what touches, and nothing
+    looked for the next one: a run in twenty ended as `contact_violated`."""
+    upper = {
+        "name": "b",
+        "mass": 1.7,
+        "inertia": [0.02, 0.05, 0.06],
+        "position": [0, 0, 0.75],
+        "rotation": [1, 0, 0, 0],
+    }
+    lower = {"name": "d", "mass": 0.6, "inertia": [0.002, 0.008, 0.008], "rotation": [1, 0, 0, 0]}
+    ball = {"name": "j", "type": "spherical", "bodies": ["b", "d"], "points": [[0.15, 0, 0.15], [-0.25, 0, 0]]}
+    places = [("d", [0.25, 0, 0]), ("b", [0.2, 0, 0]), ("b", [-0.2, 0.05, 0]), ("b", [0, 0.1, 0.18])]
+    tips = [
+        {"name": f"c{n}", "type": "sphere_plane", "bodies": [body, "ground"], "points": [p, [0, 0, 0]], "radius": 0.03}
+        for n, (body, p) in enumerate(places)
+    ]
+    normal = {"distribution": "normal", "std": 4.0}
+    ds = lienumba.run(
+        {
+            "model": {
+                "bodies": [
+                    upper | {"velocity": [0.8, 0, 0], "angular_velocity": [0, 0, 0]},
+                    lower | {"angular_velocity": [0, 1, 2]},
+                ],
+                "joints": [ball],
+                "contacts": [tip | {"restitution": 0.5} for tip in tips],
+            },
+            "quantities": [{"name": f"q{n}", "type": "contact", "contact": f"c{n}"} for n in range(len(tips))],
+            "integrator": {"method": "dop853", "tolerance": tolerance, "end_time": 1.0},
+            "output": {"every": 0.005},
+            "sweep": {
+                "runs": 200,
+                "vary": {f"bodies.b.angular_velocity[{n}]": normal for n in range(3)}
+                | {"bodies.b.rotation": {"distribution": "rotation_uniform"}},
+            },
+        },
+        progress=False,
+    )
+    assert (ds.status == 0).all(), np.unique(ds.status.values, return_counts=True)
+    gaps = [float(ds[f"q{n}.gap"].min()) for n in range(len(tips))]
+    assert min(gaps) > -1e-6 * 0.1, gaps

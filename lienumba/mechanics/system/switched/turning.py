@@ -17,7 +17,7 @@ from lienumba.numerics.operations import absolute, is_zero, maximum, minimum, sq
 
 NEVER = (0.0, 0.0)
 NEGLIGIBLE = 1e-12
-TOUCH = 1e-9  # of a length: what overlaps by no more touches, as the drivers have it
+LEAVES = 1e-6  # of a length: what comes apart overlaps by no more, as the drivers have it
 ROUNDING = 1e-9  # of the speeds of bodies
 FAINT = 1e-3  # of the speed that friction gives bodies that nothing holds
 ENDS = 5e-10  # of the speed that gravity gives within a length: what slides slower may have come to rest
@@ -77,7 +77,7 @@ def conditions(
 def _overlaps(overlap: Number, rate: Number) -> Any:
     """How far what is open overlaps, in parts of its length; none as long as it comes apart from what it touches, but
     it may close again before it has parted."""
-    return where(rate > 0.0, where(overlap < TOUCH, minimum(overlap, 0.0), overlap), overlap)
+    return where(rate > 0.0, where(overlap < LEAVES, minimum(overlap, 0.0), overlap), overlap)
 
 
 def pushing(model: Model, now: Instant, multipliers: Sequence[Number]) -> list[Any]:
