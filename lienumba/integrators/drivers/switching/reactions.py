@@ -17,10 +17,10 @@ from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGEN
 from lienumba.integrators.sizes import Sizes
 
 STILL = 1e-9  # of the largest speed of a switch so far: what moves no faster than this is at rest
-SLOWEST = 1e-3  # of a length in a whole run: no speed that others are compared with is less
 MOVES = 1e-2  # of that: what is asked as at rest, and is faster, is brought to rest before
+SLOWEST = 1e-3  # of a length in a whole run: no speed that others are compared with is less
 REACHED = 0.1  # of a change that is asked for: what misses it by more than this was not to be had
-SLOW = 1e-7  # of the largest speed: what slides slower has no direction of its own
+SLOW = 1e-7  # of the largest speed so far: what slides slower has no direction of its own
 INDEPENDENT, NOISE = 1e-10, 1e-12  # of a row's own size, and of that alone: a pivot below says that others say the same
 RESTS, AT_ONCE, SMOOTHLY = 0.0, 1.0, 2.0  # sliding begins: with an acceleration, or where its limit is just reached
 STOPS, GOES_ON = 3.0, 4.0  # or may have ended, which it has not
