@@ -169,16 +169,15 @@ def closure(
 ) -> Solution:
     """The next total correction x along the rates of what closes over a gap, of the bodies' moves from `before`, least
     by their masses:  J^T M d + C^T mu = 0,  Phi = 0."""
-    bodies = with_lent_masses(posture.model).bodies
+    lent, bodies = with_lent_masses(posture.model).bodies, posture.model.bodies
     moves: list[Any] = []
     for now, then in zip(posture.now.bodies, before.bodies, strict=True):
         moves += so3.subtract(then[0:3], now[0:3])
         moves += so3.log(so3.multiply(so3.transpose(now[3:12]), then[3:12]))
-    loads = replace(
-        _metric(posture, structure, mask, bodies, False), wrenches=acting.of_bodies(posture, _weighed(bodies, moves))
-    )
+    missing = acting.of_bodies(posture, _weighed(bodies, moves))
+    loads = replace(_metric(posture, structure, mask, lent, False), wrenches=missing)
     g = [-m * phi for m, phi in zip(mask, constraints.residual(posture.model, posture.now), strict=True)]
-    solution = _solved(posture, structure, loads, g, mask, bodies=bodies)
+    solution = _solved(posture, structure, loads, g, mask, bodies=lent)
     return replace(solution, rates=[a + b for a, b in zip(x, solution.rates, strict=True)])
 
 

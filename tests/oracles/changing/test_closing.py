@@ -173,3 +173,46 @@ def test_closing_a_gap_between_chains_takes_no_momentum(gap: float) -> None:
     assert found[0][0] > 0.05
     assert found[1][0] == pytest.approx(found[0][0], rel=gap**2)
     np.testing.assert_allclose(found[1][1], found[0][1], rtol=0, atol=gap**2)
+
+
+def test_a_body_without_mass_takes_no_part_in_what_closing_moves() -> None:
+    """Masses that are lent to it, so that equations can be solved, moved the mass centre by a ten-thousandth."""
+    still = {"rotation": [1, 0, 0, 0], "velocity": [0, 0, 0], "angular_velocity": [0, 0, 0]}
+    inertia, hinge = {"inertia": [0.02, 0.03, 0.04]}, {"type": "revolute", "references": [[1, 0, 0]] * 2, "angle": 0.2}
+    bodies = [
+        {"name": "a", "mass": 1.0, "position": [0, 0, 0]} | still | inertia,
+        {"name": "m", "mass": 0.0},
+        {"name": "b", "mass": 1.4} | inertia,
+        {"name": "c", "mass": 0.8, "position": [1.21, 0.01, 0.12]} | still | inertia,
+    ]
+    first = {
+        "name": "h",
+        "bodies": ["a", "m"],
+        "points": [[0.3, 0, 0], [0, 0, 0]],
+        "axes": [[0, 1, 0]] * 2,
+        "rate": 1.0,
+    }
+    second = {
+        "name": "k",
+        "bodies": ["m", "b"],
+        "points": [[0, 0, 0], [-0.3, 0, 0]],
+        "axes": [[0, 0, 1]] * 2,
+        "rate": 0.3,
+    }
+    probe = {"name": "p", "type": "spherical", "bodies": ["b", "c"], "points": [[0.3, 0, 0], [-0.3, 0, 0]]}
+    ds = lienumba.run(
+        {
+            "model": {"gravity": [0, 0, 0], "bodies": bodies,
+                      "joints": [hinge | first, hinge | second, probe | {"active": False}]},
+            "quantities": [{"name": "m_all", "type": "momentum"}],
+            "events": [{"name": "e", "when": "t > 1e-9", "action": "engage", "joint": "p", "closing": 1.0}],
+            "integrator": {"tolerance": 1e-11, "end_time": 0.2, "coordinates": "joint"},
+            "output": {"times": [0.0, 0.2]},
+        }
+    ).isel(run=0)  # fmt: skip
+    assert int(ds["changes"]) == 1
+    mass = np.array([1.0, 0.0, 1.4, 0.8])
+    centre = mass @ ds.position.values / mass.sum()
+    straight = centre[0] + 0.2 * ds["m_all.linear"].values[0] / mass.sum()
+    np.testing.assert_allclose(centre[1], straight, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(ds["m_all.linear"][1], ds["m_all.linear"][0], rtol=0, atol=1e-12)

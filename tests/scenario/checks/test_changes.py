@@ -415,6 +415,21 @@ def test_what_only_touches_at_the_start_is_fine(tmp_path: Path) -> None:
     assert accepted(tmp_path, rig(touching, at_stop)) == []
 
 
+def test_what_is_set_later_need_not_be_a_number_before(tmp_path: Path) -> None:
+    later = force('type = "actuator"', 'joint = "pivot"', 'value = "where(kp > 3, sqrt(t - 0.1), 0)"')
+    assert accepted(tmp_path, rig(PARAMETERS, later, event(SET, "parameters = { kp = 5 }", when="t > 0.005"))) == []
+
+
+def test_what_other_events_may_have_set_before_is_a_warning(tmp_path: Path) -> None:
+    brake = force('type = "friction"', 'joint = "pivot"', 'coulomb = "mu"', 'static = "kp"')
+    first = event(SET, "parameters = { mu = 0.1 }", name="first", when="t > 0.002")
+    then = event(SET, "parameters = { kp = 0.5 }", when="t > 0.005")
+    assert accepted(tmp_path, rig(PARAMETERS, "mu = 1\n", brake, first, then)) == [
+        'events.act.parameters: model.forces.push.static = "kp" = 0.5: must be at least coulomb = 1.0; exchange the '
+        "two, or give the same"
+    ]
+
+
 def test_what_is_let_go_may_be_caught_again(tmp_path: Path) -> None:
     again = event('action = "engage"', 'joint = "pivot"', name="again", when="t > 0.006")
     assert accepted(tmp_path, rig(event('action = "release"', 'joint = "pivot"', when="t > 0.003"), again)) == []
