@@ -34,7 +34,7 @@ def resting(data: dict[str, Any], path: str, method: str) -> Any:
 
 
 def test_kernels_and_drivers_agree_on_what_touches() -> None:
-    assert turning.TOUCH == event_search.TOUCH
+    assert turning.LEAVES == event_search.LEAVES
 
 
 @pytest.mark.parametrize("method", INTEGRATORS)

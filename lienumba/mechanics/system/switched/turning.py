@@ -55,7 +55,7 @@ def conditions(
         if switch.tangents > 1:
             rows = range(first + own.start, first + own.stop)[tangents]
             creeps = _creeps(model, now, lengths[switch.first], rates[own][tangents], rows, accelerations)
-            if switch.grips:  # what began together with what is faster goes on until it turns
+            if switch.grips and is_zero(step):  # what began with what is faster goes on until it turns
                 creeps = where(mode.memory[-1] > 0.0, creeps, back)
             back = maximum(back, creeps)
             back = maximum(back, slow[switch.name]) if switch.name in slow else back
