@@ -183,10 +183,7 @@ def closure(
 
 def _weighed(bodies: Sequence[Body], x: Sequence[Number]) -> list[Any]:
     """M x, of all bodies (6 k)."""
-    found: list[Any] = [0.0] * len(x)
-    for (row, column), mass in dynamics.body_masses(bodies).items():
-        found[row] = found[row] + mass * x[column]
-    return found
+    return kkt.rest(dynamics.body_masses(bodies), {}, [0.0] * len(x), [], [-c for c in x], [])[0]
 
 
 def position_correction(

@@ -141,12 +141,14 @@ def test_a_gap_closes_alike_in_any_size_and_the_mass_centre_stays(coordinates: s
     np.testing.assert_allclose(found[2], found[1], rtol=0, atol=1e-8)
 
 
+@pytest.mark.parametrize("products", [[], [0.006, -0.004, 0.005]], ids=["along axes", "askew"])
 @pytest.mark.parametrize("gap", [1e-2, 1e-4])
-def test_closing_a_gap_between_chains_takes_no_momentum(gap: float) -> None:
+def test_closing_a_gap_between_chains_takes_no_momentum(gap: float, products: list[float]) -> None:
     """Arms of joints that turn are moved by turning: with rates as they were the bodies moved otherwise, by the gap."""
     chains = []
     for own, x, last in (("ab", 0.0, 0.0), ("cd", 1.0, gap)):
-        first = {"name": own[0], "mass": 1.0 + x, "inertia": [0.02, 0.03, 0.04], "position": [x, -last, 0.5 * last]}
+        first = {"name": own[0], "mass": 1.0 + x, "position": [x, -last, 0.5 * last]}
+        first["inertia"] = [0.02, 0.03, 0.04, *products]
         first |= {"rotation": [1, 0, 0, 0], "velocity": [0.1 - 0.3 * x, 0.2, -0.1], "angular_velocity": [0.3, 0.5, 1.0]}
         arm = {"name": own[1], "mass": 0.7, "inertia": [0.01, 0.02, 0.015]}
         hinge = {"name": own, "type": "revolute", "bodies": [own[0], own[1]], "axes": [[0, 0.6, 0.8]] * 2, "angle": 0.3}
