@@ -9,14 +9,15 @@ import numpy as np
 from lienumba.engine.fields.field import changes_told
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.methods.charts import JOINT
+from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system.discontinuities import discontinuities
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
-from lienumba.mechanics.system.switches import permanent
+from lienumba.mechanics.system.switches import permanent, switches_of
 from lienumba.mechanics.tree.spanning import closing_rows
 from lienumba.scenario.checks.integrator import order_of, relative_of
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.output import Output
-from lienumba.scenario.schema.scenario import Absolute, Integrator, ModelSection, Tolerance
+from lienumba.scenario.schema.scenario import Absolute, Integrator, Tolerance
 from lienumba.scenario.start.prepare import Prepared
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def _selection(resolved: Scenario, prepared: Prepared) -> "RowSelection":
     return replace(selection, singular=nominal.singular)
 
 
-def method_of(resolved: Scenario) -> "Method":
+def method_of(resolved: Scenario, model: Model) -> "Method":
     """What beside the mechanism shapes the kernels of a scenario."""
     from lienumba.integrators.methods import METHODS
     from lienumba.integrators.tracing.program import Method
@@ -56,7 +57,8 @@ def method_of(resolved: Scenario) -> "Method":
     data = resolved.data
     integrator, projection, adaptive = data.integrator, data.projection, data.integrator.step is None
     method = METHODS[integrator.method]
-    queued = adaptive or _changes(data.model) or method.series or method.implicit
+    changes = bool(model.events or switches_of(model))
+    queued = adaptive or changes or method.series or method.implicit
     return Method(
         tableau=integrator.method, position=projection.position, velocity=projection.velocity,
         dexpinv=integrator.dexpinv, chord=projection.chord, group=integrator.group, coordinates=integrator.coordinates,
@@ -65,14 +67,6 @@ def method_of(resolved: Scenario) -> "Method":
         order=order_of(integrator) or 0, rho=integrator.rho_infinity,
         extended=(queued or bool(resolved.parameters.measures)) and not method.series,
     )  # fmt: skip
-
-
-def _changes(model: ModelSection) -> bool:
-    """Whether something may happen between the ends of steps."""
-    sticking = any(getattr(force, "static", None) is not None for force in model.forces)
-    touching = any(not contact.compliant for contact in model.contacts)
-    locked = any(joint.locked for joint in model.joints)
-    return bool(model.events or model.limits) or touching or sticking or locked
 
 
 def _stores_reactions(output: Output) -> bool:
@@ -85,7 +79,7 @@ def program_of(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program"
     """The program of these runs; fixed: see `program.build`."""
     from lienumba.integrators.tracing.program import build
 
-    return build(prepared.model, method_of(resolved), _selection(resolved, prepared), fixed)
+    return build(prepared.model, method_of(resolved, prepared.model), _selection(resolved, prepared), fixed)
 
 
 def compiled_of(
@@ -94,7 +88,7 @@ def compiled_of(
     """The program of these runs, and that as machine code; begin: see `compiled.compiled`."""
     from lienumba.integrators.tracing.compiled import compiled
 
-    return compiled(prepared.model, method_of(resolved), _selection(resolved, prepared), fixed, begin)
+    return compiled(prepared.model, method_of(resolved, prepared.model), _selection(resolved, prepared), fixed, begin)
 
 
 def batch_of(resolved: Scenario, prepared: Prepared, program: "Outline", machine: "Machine") -> "Batch":

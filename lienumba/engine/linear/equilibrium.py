@@ -15,6 +15,7 @@ from lienumba.integrators import codes
 from lienumba.integrators.tracing.linear.equilibrium import rest
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.mechanics.elements import quantities
+from lienumba.mechanics.elements.inputs.state import resting_inputs
 from lienumba.mechanics.elements.user_laws import unsampled
 from lienumba.scenario.start.stops import begin_beyond
 from lienumba.store.linear_layout import EQUILIBRIA
@@ -70,7 +71,7 @@ def equilibrium(
     """
     asked = Asked.of(scenario, 0.0, runs, overrides, allow_code)
     prepared = asked.prepared()
-    prepared = replace(prepared, model=unsampled(prepared.model))
+    prepared = replace(prepared, model=resting_inputs(unsampled(prepared.model)))
     tracer, model = GluedTracer.of(prepared.model), prepared.nominal.model
     start = asked.start(tracer, prepared)
     check_states(tracer, start)

@@ -101,7 +101,7 @@ def watch(tracer: Tracer) -> Kernel:
     moved, after = _within(tracer, graph, model)
     t, h, fraction = (graph.input("clock", row) for row in (layout.TIME, layout.LENGTH, layout.FRACTION))
     now = tracer.posture(model, moved, tuple(after), t + fraction * h).now
-    outputs = [*quantities.conditions(model, now, None), *quantities.condition_rates(model, now, None)]
+    outputs = [*quantities.conditions(model, now, None), *quantities.condition_rates(model, now, None, {})]
     never, first = layout.conditions(tracer.sizes), layout.rate_row(tracer.sizes)
     outputs[len(model.events) : len(model.events)] = [0.0] * (never - len(model.events))
     rows = [*range(never), *range(first, first + len(model.events))]

@@ -81,16 +81,17 @@ def events(tracer: Tracer) -> Kernel:
         outputs += dynamics.energies(model, posture.now)
     parting = turning.parting(model, posture.now, used)
     outputs += [x + y for x, y in zip(pushing, parting, strict=True)]
-    return tracer.kernel("events", outputs + quantities.condition_rates(model, posture.now, accelerations))
+    rates = {} if accelerations is None else law_states.rates(model, posture.now)
+    return tracer.kernel("events", outputs + quantities.condition_rates(model, posture.now, accelerations, rates))
 
 
 def _sped(tracer: Tracer, model: Model) -> bool:
-    """Whether the rate of a condition follows from accelerations, and steps are as long as the motion lets them: then
-    it may pass 0 several times in one."""
+    """Whether the rate of a condition follows from accelerations, or from laws, and steps are as long as the motion
+    lets them: then it may pass 0 several times in one."""
     if not (tracer.method.adaptive or tracer.tableau.implicit):
         return False
     conditions = [event.when for event in model.events]
-    return any(quantities.has_rate(model, x) and not quantities.moves(model, x) for x in conditions)
+    return any(quantities.flows(model, x) and not quantities.moves(model, x) for x in conditions)
 
 
 def foreseen(tracer: Tracer, model: Model) -> bool:

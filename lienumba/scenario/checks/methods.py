@@ -14,6 +14,11 @@ if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
 
 
+def may_change(integrator: Integrator) -> bool:
+    """Whether steps have a continuous extension, on which events are found."""
+    return integrator.coordinates not in COORDINATES and not METHODS[integrator.method].composed
+
+
 def check_method(integrator: Integrator, changing: str, switching: str, slides: bool, report: "Report") -> None:
     """dexpinv and the group belong to exponential coordinates; a method of several exponentials has no dexpinv; neither
     it nor other coordinates have a continuous extension. changing: what asks for one, beside a tolerance;

@@ -4,7 +4,8 @@ import re
 
 from lienumba.keys.types import NAME, NAME_RULE
 from lienumba.mechanics.elements.events import LOCK
-from lienumba.mechanics.elements.inputs import INPUTS_BY_FORM, RecordedInput, TrackingInput, input_form
+from lienumba.mechanics.elements.inputs import INPUTS_BY_FORM, input_form
+from lienumba.mechanics.elements.inputs.forms import RecordedInput, TrackingInput
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.noise import NoiseType, Tabulated
 from lienumba.mechanics.elements.quantities import NOISES, QUANTITIES

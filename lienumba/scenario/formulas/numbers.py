@@ -13,7 +13,7 @@ from lienumba.keys.formulas import LARGEST, explained
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.events import SET
 from lienumba.mechanics.elements.forces import FORCES
-from lienumba.mechanics.elements.inputs import InputType
+from lienumba.mechanics.elements.inputs.base import InputType
 from lienumba.mechanics.mechanism.model import HELD
 from lienumba.numerics.expressions import Formula
 from lienumba.numerics.functions import FUNCTIONS

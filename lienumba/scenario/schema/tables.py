@@ -13,7 +13,7 @@ from pydantic import Field, ValidationError
 from lienumba.errors import UNKNOWN, BadValueError, Problem, ScenarioError, missing
 from lienumba.keys.formulas import LARGEST
 from lienumba.keys.types import NAME, Number, Section
-from lienumba.mechanics.elements.inputs import InputType
+from lienumba.mechanics.elements.inputs.base import InputType
 from lienumba.mechanics.mechanism.tables import INTERPOLATIONS, Table
 from lienumba.scenario.base.toml import Keys
 from lienumba.store.opening import netcdf_file

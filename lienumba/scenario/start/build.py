@@ -18,6 +18,7 @@ from lienumba.mechanics.elements.events import ENGAGE, LOCK, RELEASE, UNLOCK
 from lienumba.mechanics.elements.forces import law_of
 from lienumba.mechanics.elements.forces.compliant import forces_of
 from lienumba.mechanics.elements.inputs import written
+from lienumba.mechanics.elements.inputs.state import with_stops
 from lienumba.mechanics.elements.joints import JOINTS, JointType, Own
 from lienumba.mechanics.elements.locks import lockable, locks_of
 from lienumba.mechanics.elements.noise import Recorded, Recursion
@@ -30,6 +31,7 @@ from lienumba.mechanics.system.discontinuities import SAME
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import function_of
+from lienumba.scenario.checks.methods import may_change
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.scenario import Body, ModelSection, StartSection, StartState
 from lienumba.scenario.start.code import code_of, tried
@@ -47,6 +49,8 @@ def build(scenario: Scenario, samples: Sampled, labels: Sequence[int] | None = N
         held = scenario.parameters.held_values(samples)
         noise, parameters = _Noise.of(scenario, labels), scenario.parameters
         model, start = _Builder(numbered(scenario, samples), scenario.data.files, held, noise).build()
+        if may_change(scenario.data.integrator):
+            model = with_stops(model)
         values = parameters.values(samples)
         measures = (
             x.to_model(lambda formula: parameters.number(formula, values)) for x in parameters.measures.values()

@@ -8,6 +8,7 @@ import numpy as np
 
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.codes import NONE_FOUND
+from lienumba.mechanics.elements.inputs.state import resting_inputs
 from lienumba.mechanics.elements.user_laws import unsampled
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Counted, Model
@@ -35,7 +36,7 @@ def resting(model: Model, states: np.ndarray, angles: Mapping[Counted, np.ndarra
     from lienumba.integrators.tracing.linear.equilibrium import rest
     from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 
-    runs, flowing = len(states), unsampled(model)
+    runs, flowing = len(states), resting_inputs(unsampled(model))
     tracer = GluedTracer.of(flowing)
     found = rest(tracer, flowing, tracer.rows_at_start(flowing, states, angles), runs, rotation, driven=True)
     first = len(found.rows) - tracer.augmented.rows

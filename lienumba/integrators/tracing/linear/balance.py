@@ -5,7 +5,7 @@ and what drivers ask for beside that; both follow the places, and so do the deri
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -13,12 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from lienumba.compiler.dense.decompositions import Rows, product, unit_rows
+from lienumba.integrators.tracing.law_states import LawStates
 from lienumba.integrators.tracing.linear.equations import Equations, Held, Linear
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.integrators.tracing.linear.standing import REDUNDANT, Standing
 from lienumba.integrators.tracing.linear.uniform_rotation import Carried, carried
 from lienumba.integrators.tracing.template import split
 from lienumba.integrators.tracing.tracer import Posture
+from lienumba.mechanics.elements.inputs.state import halted
 from lienumba.mechanics.mechanism.kinematics import OFF
 from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import Model
@@ -33,12 +35,18 @@ Array = npt.NDArray[Any]
 
 @dataclass(frozen=True)
 class _Held(Held):
-    """And Phi of what may close."""
+    """And Phi of what may close; which states of laws are at a limit of theirs."""
+
+    laws: LawStates = field(default_factory=lambda: LawStates({}))
 
     def outputs(self, model: Model, posture: Posture, mask: list[Any], used: Sequence[int]) -> dict[str, list[Any]]:
         residual, first = constraints.residual(model, posture.now), constraints.permanent_rows(model)
         gaps = [residual[first + x.first] for x in switches_of(model) if x.unilateral]
-        return {**super().outputs(model, posture, mask, used), "gaps": gaps}
+        return {
+            **super().outputs(model, posture, mask, used),
+            "gaps": gaps,
+            "halted": self.laws.together(halted(model, posture.now)),
+        }
 
 
 @dataclass(frozen=True)
@@ -64,7 +72,7 @@ class Balance:
         self.tracer, self.model, self.runs = tracer, model, runs
         self.rotation = np.array([np.broadcast_to(np.asarray(x, float), (runs,)) for x in rotation])
         self.turns = (self.rotation != 0.0).any(axis=0)
-        self.equations = Equations.of(tracer, _Held())
+        self.equations = Equations.of(tracer, _Held(laws=tracer.law_states))
         self.forces = self.equations.only((), ("along", "laws"))
         self.gaps = self.equations.only((), ("gaps",))
         self.masses = self.equations.only(("a",), ("along", "rows"))

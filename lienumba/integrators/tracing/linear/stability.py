@@ -28,7 +28,7 @@ SMALL = 1e-13  # of the largest pivot of the masses
 class Near:
     """What is known of a state: the equations there, the multipliers of their rows (runs, m), the constraints of rates
     and those of places among them, how long the rows of both were, the sizes of coordinates (runs, n); gamma, lambda_
-    (runs, n, n)."""
+    (runs, n, n). Their "halted" states of laws (runs, s), where they are not 0, move no more."""
 
     at: Linear
     mu: Array
@@ -114,7 +114,7 @@ def _whole(near: Near) -> Array:
     turning = [x * (D[:, None, :] / D[:, :, None]) for x in (near.gamma, near.lambda_)]
     own = {by: at.dense("laws", by, runs) for by in ("q", "v", "a", "laws")}
     changes = product(scaled(own["q"]), dq) + product(scaled(own["v"]), dv) + product(scaled(own["a"]), da)
-    return np.concatenate(
+    found = np.concatenate(
         [
             product(turned(Qp), dv - product(turning[0], dq)),
             product(Qt, da - product(turning[1], dv)),
@@ -122,3 +122,7 @@ def _whole(near: Near) -> Array:
         ],
         axis=1,
     )
+    halted = np.concatenate([np.zeros((runs, 2 * n), bool), at.vector("halted", runs) != 0.0], axis=1)
+    fastest = 1.0 + np.abs(found).max(axis=(1, 2), initial=0.0)  # what is halted comes back faster than all else moves
+    found[halted[:, :, None] | halted[:, None, :]] = 0.0
+    return found - np.eye(size) * (halted * fastest[:, None])[:, None, :]

@@ -27,6 +27,7 @@ from lienumba.mechanics.elements.quantities.evaluation import (
     conditions,
     counted_angles,
     evaluate,
+    flows,
     has_rate,
     leaps,
     level,
@@ -41,7 +42,7 @@ from lienumba.mechanics.elements.quantities.measured import followed, integrands
 __all__ = [
     "INPUTS", "INPUT_FORMS", "NOISES", "OBSERVED", "POSITION", "QUANTITIES", "VELOCITY", "XYZ", "Observed", "Part",
     "Readable", "bends", "bodies_of", "built_in", "component", "components", "condition_rates", "conditions",
-    "counted_angles", "evaluate", "followed", "has_rate", "integrands", "is_input", "joined", "kept", "kind_of",
-    "lasting", "leaps", "level", "moves", "observe", "owner", "parts", "rows", "signals", "switched", "turning",
-    "units",
+    "counted_angles", "evaluate", "flows", "followed", "has_rate", "integrands", "is_input", "joined", "kept",
+    "kind_of", "lasting", "leaps", "level", "moves", "observe", "owner", "parts", "rows", "signals", "switched",
+    "turning", "units",
 ]  # fmt: skip

@@ -1,6 +1,6 @@
 """Quantities of a model at a state, and formulas that read them or the states of laws."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import nan
 from typing import Any
@@ -11,6 +11,7 @@ from lienumba.mechanics.elements.quantities.base import (
     VELOCITY,
     Observed,
     Part,
+    is_input,
     joined,
     kind_of,
     owner,
@@ -29,7 +30,7 @@ from lienumba.mechanics.mechanism.model import (
 )
 from lienumba.numerics.evaluation import WITHIN
 from lienumba.numerics.expressions import Formula
-from lienumba.numerics.jets import lift
+from lienumba.numerics.jets import Jet, lift
 from lienumba.numerics.number import Number, Vector
 
 
@@ -98,11 +99,21 @@ def conditions(model: Model, now: Instant, observed: Observed | None) -> list[Nu
     return [evaluate(model, event.when, everything, observed) for event in model.events]
 
 
-def condition_rates(model: Model, now: Instant, accelerations: Sequence[Number] | None) -> list[Number]:
-    """How fast these numbers change (1/s), NaN where neither velocities nor the accelerations that are known say so."""
-    moving = kinematics.moving(kinematics.still(now, tuple(range(len(model.bodies)))), accelerations)
-    told = moves if accelerations is None else has_rate
-    return [lift(evaluate(model, x.when, moving)).b if told(model, x.when) else nan for x in model.events]
+def condition_rates(
+    model: Model, now: Instant, accelerations: Sequence[Number] | None, rates: Mapping[str, Sequence[Number]]
+) -> list[Number]:
+    """How fast these numbers change (1/s), NaN where neither velocities nor what else is known say so: accelerations,
+    and with these the rates of the states of laws."""
+    view = kinematics.still(now, tuple(range(len(model.bodies))))
+    if accelerations is None:
+        return [_rate(model, x.when, kinematics.moving(view)) if moves(model, x.when) else nan for x in model.events]
+    states = {name: tuple(map(Jet, x, rates[name])) if name in rates else x for name, x in view.states.items()}
+    view = replace(kinematics.moving(view, accelerations), states=states)
+    return [_rate(model, x.when, view) if flows(model, x.when) else nan for x in model.events]
+
+
+def _rate(model: Model, x: Timed, moving: View) -> Any:
+    return lift(evaluate(model, x, moving)).b
 
 
 def bodies_of(model: Model, *numbers: Timed) -> tuple[int, ...]:
@@ -142,8 +153,13 @@ def level(model: Model, name: str) -> int:
 
 def has_rate(model: Model, x: Timed) -> bool:
     """Whether the rate of a number follows from accelerations wherever it does not bend: it is of what moves."""
-    keeps = any(_keeps(model, name) for y in _parts(model, x) for name in _names(y))
-    return bends(model, x) is not None and needs(model, x) <= VELOCITY and not keeps
+    return flows(model, x) and not any(_keeps(model, name) for y in _parts(model, x) for name in _names(y))
+
+
+def flows(model: Model, x: Timed) -> bool:
+    """Whether it does where the rates of the states of laws are known as well."""
+    courses = any(_keeps(model, y) and _is_course(model, y) for z in _parts(model, x) for y in _names(z))
+    return bends(model, x) is not None and needs(model, x) <= VELOCITY and not courses
 
 
 def moves(model: Model, x: Timed) -> bool:
@@ -168,6 +184,12 @@ def _keeps(model: Model, name: str) -> bool:
     """Whether a component has a state, or a course, of its own."""
     quantity, rest = _named(model, owner(name)[0]), owner(name)[1]
     return quantity is None or not kind_of(quantity).reads(quantity, rest)
+
+
+def _is_course(model: Model, name: str) -> bool:
+    """Whether what keeps a state or a course of its own is no law that moves it."""
+    first, _ = owner(name)
+    return _named(model, first) is not None and not is_input(first)
 
 
 def bends(model: Model, x: Timed) -> tuple[Timed, ...] | None:

@@ -1,0 +1,181 @@
+"""Inputs that are states of their own, and how they stop at their limits.
+
+A state x = s + shift, s moved by a law, shift a held number. At a limit it is that limit, and moves with it, for as
+long as its rate leads beyond. Two events say so to the bit, "limited" and "free": they set at which limit it is (1 the
+upper one, -1 the lower one, 0 none) and shift such that x is within its limits.
+"""
+
+from dataclasses import replace
+from typing import Any, ClassVar
+
+from pydantic import Field
+
+from lienumba.keys.conversions import timed
+from lienumba.keys.types import OR_FORMULA, Timed
+from lienumba.mechanics.elements.events import SET
+from lienumba.mechanics.elements.inputs.base import RATE, InputType, within
+from lienumba.mechanics.elements.names import Names
+from lienumba.mechanics.elements.quantities import POSITION, Observed, component, level
+from lienumba.mechanics.elements.quantities.base import joined
+from lienumba.mechanics.mechanism.kinematics import Instant, View, moving, still
+from lienumba.mechanics.mechanism.model import HELD, Event, Law, Model, Quantity
+from lienumba.numerics.expressions import Formula
+from lienumba.numerics.jets import lift
+from lienumba.numerics.operations import minimum, where
+
+ABOVE, BELOW = "above", "below"  # by how much x is beyond its upper limit, and beyond its lower one
+UP, DOWN = "up", "down"  # how fast its rate would lead beyond them
+SHIFT, BACK = "shift", "back"  # the held number, and what it is with x within the limits
+APART, INSIDE = 1e-6, 1e-14  # of the width of the limits: what is off a limit, and where what is let go begins
+
+
+class StateInput(InputType):
+    """A number of which the rate is given; at its limits it stays."""
+
+    form: ClassVar[str] = "state"
+    keeps: ClassVar[bool] = True
+
+    rate: Timed = Field(description=f"the rate of the input in 1/s times its units {OR_FORMULA}, which may read it")
+
+    def to_model(self, name: str, names: Names) -> Quantity:
+        return replace(super().to_model(name, names), value=timed(self.rate))
+
+    @classmethod
+    def kept(cls, model: Model, quantity: Quantity, view: View, state: Any) -> Any:
+        limits = cls.limits_of(model, quantity, view)
+        if limits is None or not _stops(model, quantity):
+            return within(limits, state)
+        at, x = _held(model, quantity, view), state + _held(model, quantity, view, SHIFT)
+        return where(at > 0.5, limits[1], where(at < -0.5, limits[0], x))
+
+    @classmethod
+    def moved(cls, model: Model, quantity: Quantity, view: View, state: Any) -> Any:
+        rate, limits = cls.command(model, quantity, view), cls.limits_of(model, quantity, view)
+        if limits is None:
+            return rate
+        if _stops(model, quantity):
+            at, (low, high) = _held(model, quantity, view), cls._limit_rates(model, quantity, view)
+            return where(at > 0.5, high, where(at < -0.5, low, rate))
+        low, high = limits  # one comparison each: a step ends where the state stops or goes on, and nowhere else
+        above, below = minimum(rate, state - high), minimum(-rate, low - state)
+        return where(above >= 0.0, 0.0, where(below >= 0.0, 0.0, rate))
+
+    @classmethod
+    def level(cls, quantity: Quantity, component: str) -> int:
+        return POSITION if component in (UP, DOWN) else super().level(quantity, component)
+
+    @classmethod
+    def reads(cls, quantity: Quantity, component: str) -> tuple[Any, ...]:
+        return super().reads(quantity, RATE if component in (UP, DOWN) else component)
+
+    @classmethod
+    def number(cls, model: Model, quantity: Quantity, component: str, view: View, observed: Observed | None) -> Any:
+        if component in (UP, DOWN):
+            rate, (low, high) = cls.command(model, quantity, view), cls._limit_rates(model, quantity, view)
+            return rate - high if component == UP else low - rate
+        if component in (ABOVE, BELOW, BACK):
+            limits, state = cls.limits_of(model, quantity, view), cls.state_of(model, quantity, view)
+            assert limits is not None
+            x = state + _held(model, quantity, view, SHIFT)
+            if component == BACK:
+                room = INSIDE * (limits[1] - limits[0])
+                return within((limits[0] + room, limits[1] - room), x) - state
+            return x - limits[1] if component == ABOVE else limits[0] - x
+        return super().number(model, quantity, component, view, observed)
+
+    @classmethod
+    def _limit_rates(cls, model: Model, quantity: Quantity, view: View) -> tuple[Any, Any]:
+        """How fast the limits move."""
+        limits = cls.limits_of(model, quantity, moving(view))
+        assert limits is not None
+        return lift(limits[0]).b, lift(limits[1]).b
+
+
+def _stops(model: Model, quantity: Quantity) -> bool:
+    """Whether events hold it at its limits."""
+    return quantity.name in model.held
+
+
+def _held(model: Model, quantity: Quantity, view: View, what: str = "") -> Any:
+    """At which limit it is held, or its shift."""
+    return component(model, joined(HELD, quantity.name, what), view)
+
+
+def with_stops(model: Model) -> Model:
+    """The model with the events that hold states at their limits, where these move with places and time."""
+    events, held = [*model.events], dict(model.held)
+    for x in model.quantities:
+        if _is_limited(x) and _follows(model, x):
+            events += _stopping(x.name, len(held))
+            held |= {x.name: 0.0, joined(x.name, SHIFT): 0.0}
+    return replace(model, events=tuple(events), held=held)
+
+
+def _is_limited(quantity: Quantity) -> bool:
+    """Whether it is a state with limits."""
+    return quantity.type == StateInput.form and bool({"limit", "limits"} & quantity.numbers.keys())
+
+
+def _follows(model: Model, quantity: Quantity) -> bool:
+    """Whether it is known how fast its limits move: with places, the time, and what events set."""
+    limits = quantity.numbers.get("limits", (quantity.numbers.get("limit"),))
+    names = (name for x in limits if isinstance(x, Law) for name in x.quantities)
+    return all(name.startswith(f"{HELD}.") or level(model, name) == POSITION for name in names)
+
+
+def _stopping(name: str, place: int) -> tuple[Event, Event]:
+    """What stops the input of this name at a limit, and lets it go on; place: of its first number among held ones."""
+    above, below, up, down, back = (joined(name, x) for x in (ABOVE, BELOW, UP, DOWN, BACK))
+    at, width = joined(HELD, name), f"(-{above} - {below})"
+
+    def law(text: str, *names: str, condition: bool = False) -> Law:
+        return Law(Formula(text, frozenset(names), condition=condition), {}, names)
+
+    def beyond(by: str, leads: str) -> str:
+        free = f"where({at} > 0 or {at} < 0, -1, {by})"
+        return f"({free} >= 0 and {leads} > 0) or {by} > {APART}*{width}"
+
+    def leaves(by: str, leads: str) -> str:
+        return f"where({by} < -{APART}*{width}, 1, -{leads})"
+
+    reaches = law(f"{beyond(above, up)} or {beyond(below, down)}", at, above, below, up, down, condition=True)
+    text = f"where({at} > 0, {leaves(above, up)}, where({at} < 0, {leaves(below, down)}, -1)) > 0"
+    goes_on = law(text, at, above, below, up, down, condition=True)
+    which, shift = law(f"where({above} > {below}, 1, -1)", above, below), (place + 1, law(back, back))
+    return (
+        Event(joined(name, "limited"), reaches, False, action=SET.name, values=((place, which), shift)),
+        Event(joined(name, "free"), goes_on, False, action=SET.name, values=((place, 0.0), shift)),
+    )
+
+
+class RestingInput(StateInput):
+    """A state with limits as a search for equilibria has it: projected on what is within, so that it rests at a limit
+    that its rate leads beyond."""
+
+    form: ClassVar[str] = "resting state"
+
+    @classmethod
+    def kept(cls, model: Model, quantity: Quantity, view: View, state: Any) -> Any:
+        return within(cls.limits_of(model, quantity, view), state)
+
+    @classmethod
+    def moved(cls, model: Model, quantity: Quantity, view: View, state: Any) -> Any:
+        rate, (low, high) = cls.command(model, quantity, view), cls.limits_of(model, quantity, view) or (0.0, 0.0)
+        return where(state + rate > high, high - state, where(state + rate < low, low - state, rate))
+
+
+def resting_inputs(model: Model) -> Model:
+    """The model whose inputs rest at their limits, too."""
+
+    found = (replace(x, type=RestingInput.form) if _is_limited(x) else x for x in model.quantities)
+    return replace(model, quantities=tuple(found))
+
+
+def halted(model: Model, now: Instant) -> dict[str, tuple[Any]]:
+    """Of the states of these inputs by their names, 1 for what is at a limit that its rate leads beyond, else 0."""
+    view, found = still(now, tuple(range(len(model.bodies)))), {}
+    for x in model.quantities:
+        if x.type == RestingInput.form:
+            moved = RestingInput.moved(model, x, view, RestingInput.state_of(model, x, view))
+            found[x.name] = (where(moved == RestingInput.command(model, x, view), 0.0, 1.0),)
+    return found
