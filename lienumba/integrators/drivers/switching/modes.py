@@ -180,10 +180,13 @@ def _begin(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, 
     p, less, slid = r.problem, False, False
     for s in range(sizes.switches):
         rests = (p.law[s] == PRESSES or p.law[s] == BOUNDED) and p.switches[s, SWITCH_TANGENTS] > 0
-        pressed = _stays(r, s, largest)
-        kinetic = number(rows, first, sizes, lane, s, layout.KINETIC)
-        if rests and pressed and p.law[s] == PRESSES and p.friction[s] > kinetic and _slips(r, s, largest):
-            p.friction[s], less = kinetic, True
+        if rests and _stays(r, s, largest) and _slips(r, s, largest):
+            kinetic = number(rows, first, sizes, lane, s, layout.KINETIC)
+            effort = number(rows, first, sizes, lane, s, layout.KINETIC_EFFORT)
+            if p.law[s] == PRESSES and p.friction[s] > kinetic:
+                p.friction[s], less = kinetic, True
+            if p.law[s] == BOUNDED and p.bound[s] > effort:
+                p.bound[s], less = effort, True
     for s in range(0 if less else sizes.switches):
         rests = (p.law[s] == PRESSES or p.law[s] == BOUNDED) and p.switches[s, SWITCH_TANGENTS] > 0
         pressed = _stays(r, s, largest)
