@@ -212,9 +212,11 @@ def in_use(model: Model, now: Instant) -> list[Any]:
         if c.switch is None:
             found += [1.0] * c.rows
             continue
-        on = now.modes.get(c.switch.key, Mode()).on
-        slides = where(on > STICK, 0.0, 1.0) if c.tangents else 1.0
-        found += [where(on > OFF, slides, 0.0)] * c.rows
+        mode = now.modes.get(c.switch.key, Mode(OFF, (0.0,)))
+        slides = where(mode.on > STICK, 0.0, 1.0) if c.tangents else 1.0
+        if c.switch.what == FRICTION:
+            slides = where(absolute(mode.memory[0]) > 0.0, 0.0, slides)  # a load
+        found += [where(mode.on > OFF, slides, 0.0)] * c.rows
     return found
 
 

@@ -7,6 +7,7 @@ from lienumba.integrators import layout
 from lienumba.integrators.drivers.switching import grips
 from lienumba.integrators.drivers.switching.asking import bluntness, may_act, slide, switch_fired
 from lienumba.integrators.drivers.switching.complementarity import solve
+from lienumba.integrators.drivers.switching.loads import lend
 from lienumba.integrators.drivers.switching.problem import BOUNDED, PRESSES, ROUNDING, SLIDES, SOLVED, size
 from lienumba.integrators.drivers.switching.reactions import (
     AT_ONCE,
@@ -101,6 +102,7 @@ def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, 
                 said = solve(p)
         if said != SOLVED:
             return said
+        lend(r, largest)
         if not _begin(r, rows, first, sizes, lane, largest) and not _settle(
             r, rows, first, sizes, lane, SLIGHT * largest
         ):
@@ -215,6 +217,8 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
         how = rows[before + s, lane]
         if kind == FRICTION:
             how = float(STICK) if p.law[s] == BOUNDED else float(SLIDE)
+            memory = first.state + layout.memory_row(sizes) + p.switches[s, layout.SWITCH_MEMORY]
+            rows[memory, lane] = -p.x[row] if how == STICK and r.lent[s] != 0.0 else 0.0
         if kind == UNILATERAL:
             pressed = p.law[s] >= PRESSES and p.rates[row] <= slight * p.S[row, row]
             idle, had = pressed and p.x[row] <= slight, -rows[pulls + layout.CONDITIONS * s, lane]

@@ -29,7 +29,7 @@ STOPS, GOES_ON = 3.0, 4.0  # or may have ended, which it has not
 class Reactions(NamedTuple):
     """rates (q,): of the switched rows before; least (q,): pivots below which rows say nothing new; wanted, taken (q,):
     which of the rows may be used, and which are; begins (s,): whether and how sliding begins from rest; paces (s,):
-    where it begins smoothly how fast, the fastest being 1."""
+    where it begins smoothly how fast, the fastest being 1; lent (s,): see `loads`."""
 
     problem: Problem
     rates: np.ndarray
@@ -38,6 +38,7 @@ class Reactions(NamedTuple):
     taken: np.ndarray
     begins: np.ndarray
     paces: np.ndarray
+    lent: np.ndarray
     grips: Grips
 
 
@@ -54,7 +55,7 @@ def room(at: Workspace, sizes: Sizes, switches: Integers2) -> Reactions:
     )  # fmt: skip
     whole = matrix(address + 8 * q * (2 * q + layout.CHANGE_VECTORS + 1), q, q)
     g = Grips(whole, v[q + 18], v[q + 25], v[q + 19][:s], v[q + 20], v[q + 21], v[q + 22], v[q + 23])
-    return Reactions(p, v[q + 13], v[q + 14], v[q + 15], v[q + 16], v[q + 17][:s], v[q + 24][:s], g)
+    return Reactions(p, v[q + 13], v[q + 14], v[q + 15], v[q + 16], v[q + 17][:s], v[q + 24][:s], v[q + 26][:s], g)
 
 
 @apart

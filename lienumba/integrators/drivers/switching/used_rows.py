@@ -2,7 +2,7 @@
 
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.switching.problem import DEPENDENT, HOLDS, eliminate
+from lienumba.integrators.drivers.switching.problem import DEPENDENT, HOLDS, Problem, eliminate
 from lienumba.integrators.drivers.switching.reactions import Reactions
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
@@ -11,6 +11,7 @@ from lienumba.integrators.layout import (
     STICK,
     SWITCH_FIRST,
     SWITCH_KIND,
+    SWITCH_MEMORY,
     SWITCH_ROWS,
     UNILATERAL,
     Workspace,
@@ -26,6 +27,12 @@ UNKNOWN = 3.0  # how a switch is on that presses with nothing: others may hold i
 def held(r: Reactions, row: int) -> bool:
     """Whether rows that are taken say the same as this one."""
     return not r.problem.matrix[row, row] > r.least[row]
+
+
+@inlined
+def is_lent(rows: Rows, first: Workspace, sizes: Sizes, p: Problem, lane: int, switch: int) -> bool:
+    """Whether friction of a joint that sticks is a load."""
+    return rows[first.state + layout.memory_row(sizes) + p.switches[switch, SWITCH_MEMORY], lane] != 0.0
 
 
 @apart
@@ -44,7 +51,7 @@ def _want(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
                 if how == UNKNOWN:
                     normal = float(ASKED) if p.switches[s, SWITCH_ROWS] == 1 else float(IDLE)
                 r.wanted[i] = normal if i == row else float(TANGENT) if how == STICK else -1.0
-            if kind == FRICTION and how == STICK:
+            if kind == FRICTION and how == STICK and not is_lent(rows, first, sizes, p, lane, s):
                 r.wanted[i] = float(DRY)
 
 
@@ -81,8 +88,8 @@ def take_firm(r: Reactions, sizes: Sizes) -> None:
 def choose_rows(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
     """Masks of independent rows, to the state; what others say, too, is carried by those that are taken."""
     independent(r, rows, first, sizes, lane)
-    _lift(r, float(BARE))
-    _lift(r, float(DRY))
+    lift(r, float(BARE))
+    lift(r, float(DRY))
     for i in range(sizes.switched):
         rows[first.state + layout.mask_row(sizes) + i, lane] = r.taken[i]
 
@@ -127,7 +134,7 @@ def remove(r: Reactions, row: int) -> None:
 
 
 @apart
-def _lift(r: Reactions, phase: float) -> None:
+def lift(r: Reactions, phase: float) -> None:
     """Forces of rows of this phase that are not taken go over to those that are, which change places with them where a
     normal without friction would begin to pull (Caratheodory)."""
     p, q = r.problem, r.taken.size

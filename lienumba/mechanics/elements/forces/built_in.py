@@ -197,7 +197,8 @@ class Friction(AlongJoint):
     def effort(given: Given, c: Vector, rates: Vector, conservative: Vector) -> Vector:
         if "static" in given.force.numbers:
             mode = given.view.modes.get(("friction", given.force.name), Mode(OFF, (0.0,)))
-            sliding = where(mode.on > STICK, given["coulomb"] * mode.memory[0], 0.0)
+            load = mode.memory[0]  # of what sticks: what it bears beside others that hold it
+            sliding = where(mode.on > STICK, given["coulomb"] * load, where(mode.on > OFF, load, 0.0))
         else:
             sliding = given["coulomb"] * tanh(rates[0] / given["velocity"])
         return (-(given["viscous"] * rates[0] + sliding),)

@@ -96,6 +96,10 @@ class Border:
             forces[t][n] = x
             for i in size:
                 B[i][n] = B[i][n] + S[i][t] * x
+        for (a, b), x in _beside(S, mask, [leaning.carries[row] for row in names] if T else [], T).items():
+            forces[a][b] = x
+            for i in size:
+                B[i][b] = B[i][b] + S[i][a] * x
         for i in size:
             for j in size:
                 B[i][j] = mask[i] * B[i][j] * mask[j] + (1.0 - mask[i] if i == j else 0.0)
@@ -116,6 +120,19 @@ class Border:
         """All multipliers from those of the rows in use, or from those that these would have if nothing slid and
         nothing else carried."""
         return _times(self.forces, x if self.inverse is None else self.factors.solve(x))
+
+
+def _beside(
+    S: Sequence[Sequence[Number]], mask: Sequence[Number], carries: Sequence[Number], T: Entries
+) -> dict[tuple[int, int], Any]:
+    """Of a tangent that says the same as the other one of its contact what it carries for a unit of that: the force is
+    along their motion then, and no larger than it has to be, however the tangents lie."""
+    found = {}
+    for (a, n), (b, m) in ((x, y) for x in T for y in T):
+        if n == m and a != b:
+            idle = carries[a] * (1.0 - mask[a]) * mask[b]
+            found[a, b] = idle * divide(S[max(a, b)][min(a, b)], where(mask[b] > 0.0, S[b][b], 1.0))
+    return found
 
 
 def _sounder(sound: Any, pivot: Number, least: Number, leans: bool) -> Any:

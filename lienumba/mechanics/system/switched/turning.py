@@ -62,7 +62,7 @@ def conditions(
         pushed = laws.length(reactions[tangents]) - _holds(model, switch, now, reactions)
         if switch.what == FRICTION:
             fast = maximum(speeds[switch.first], _alone(model, switch, now, lengths[switch.first]))
-            moved = absolute(rates[switch.first]) - ROUNDING * fast
+            moved = maximum(absolute(rates[switch.first]) - ROUNDING * fast, _strained(model, switch, now))
             pushed = where(mask[first + switch.first] > 0.0, pushed, moved)
         turns = where(mode.on > STICK, back, pushed) if switch.tangents else 0.0
         if switch.what == FRICTION:
@@ -175,6 +175,12 @@ def _holds(model: Model, switch: Switch, now: Instant, reactions: Sequence[Numbe
     if switch.what == FRICTION:
         return _effort(model, switch, now, "static")
     return model.contacts[switch.index].static * reactions[0] if switch.what == CONTACT else 0.0
+
+
+def _strained(model: Model, switch: Switch, now: Instant) -> Any:
+    """By how much what the friction of a joint bears as a load is more than it holds; below 0 where it bears none."""
+    load = absolute(now.modes[switch.key].memory[0])
+    return where(load > 0.0, load - _effort(model, switch, now, "static"), -1.0)
 
 
 def _effort(model: Model, switch: Switch, now: Instant, name: str) -> Any:
