@@ -343,7 +343,7 @@ def kick_rows(sizes: Sizes) -> int:
     return kick_rates(sizes) + sizes.switched
 
 
-CHANGE_VECTORS = 27  # rows of numbers with which changes of one run are worked out
+CHANGE_VECTORS = 29  # rows of numbers with which changes of one run are worked out
 
 
 @kernel

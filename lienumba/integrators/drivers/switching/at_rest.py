@@ -3,10 +3,10 @@
 import numpy as np
 
 from lienumba.compiler.routines.marks import Floats2, Floats3, Integers1, Integers2, apart
-from lienumba.integrators.drivers.switching.complementarity import solve
+from lienumba.integrators.drivers.switching.choices import solve
 from lienumba.integrators.drivers.switching.problem import Problem
 
-VECTORS = 8  # of `Problem`, to work in
+VECTORS = 10  # of `Problem`, to work in
 
 
 def forces(
@@ -28,6 +28,6 @@ def _forces(
     s = law.size
     p = Problem(
         S, free, switches, law, friction, room[0][:s], room[1], x, rates, room[2], room[3], room[4], room[5], room[6],
-        matrix, room[7][:s],
+        matrix, room[7][:s], room[8][:s], room[9],
     )  # fmt: skip
     return solve(p)

@@ -201,7 +201,7 @@ def _sweep(p: Problem, rays: bool) -> bool:
 
 
 @inlined
-def _scaled(p: Problem, row: int) -> float:
+def scaled(p: Problem, row: int) -> float:
     """What a rate of 1 is as an impulse."""
     return 1.0 / p.S[row, row] if p.S[row, row] > 0.0 else 0.0
 
@@ -224,7 +224,7 @@ def _map(p: Problem) -> float:
         if law == BOUNDED:
             _rows_of_disk(p, first, 1, -1, p.bound[s])
         if law >= PRESSES:
-            if p.x[first] - _scaled(p, first) * p.rates[first] > 0.0:
+            if p.x[first] - scaled(p, first) * p.rates[first] > 0.0:
                 _row_of_rates(p, first)
             if law == PRESSES and tangents > 0:
                 _rows_of_disk(p, first + 1, tangents, first, mu)
@@ -240,7 +240,7 @@ def _map(p: Problem) -> float:
 @inlined
 def _row_of_rates(p: Problem, i: int) -> None:
     """The map is the rate of this row."""
-    scale = _scaled(p, i)
+    scale = scaled(p, i)
     for j in range(p.free.size):
         p.matrix[i, j] = scale * p.S[i, j]
     p.matrix[i, p.free.size] = scale * p.rates[i]
@@ -278,11 +278,11 @@ def _rows_of_disk(p: Problem, first: int, tangents: int, normal: int, radius: fl
 
 
 @apart
-def _largest(p: Problem) -> float:
+def asked(p: Problem) -> float:
     """The largest impulse that there is, or that any rate asks for."""
     most = 0.0
     for i in range(p.free.size):
-        most = max(most, max(size(p.x[i]), _scaled(p, i) * size(p.free[i])))
+        most = max(most, max(size(p.x[i]), scaled(p, i) * size(p.free[i])))
     return most
 
 
@@ -292,7 +292,7 @@ def _fulfils(p: Problem, missed: float) -> bool:
     wedge may hold itself, leave of all rates rounding."""
     enough, asked, most = 0.0, 0.0, 0.0
     for i in range(p.free.size):
-        root = np.sqrt(_scaled(p, i))
+        root = np.sqrt(scaled(p, i))
         enough = max(enough, CLOSE * root * root * size(p.free[i]))
         asked, most = max(asked, root * size(p.free[i])), max(most, size(p.x[i]) / root if root > 0.0 else 0.0)
     for s in range(p.law.size):
@@ -313,9 +313,9 @@ def _newton(p: Problem) -> float:
             least = worst
             for i in range(q):
                 p.best[i] = p.x[i]
-        elif n > 2 and least <= CLOSE * _largest(p):
+        elif n > 2 and least <= CLOSE * asked(p):
             break
-        if worst <= EXACT * _largest(p) or not worst < np.inf:
+        if worst <= EXACT * asked(p) or not worst < np.inf:
             break
         eliminate(p.matrix, q, p.step)
         for i in range(q):
@@ -330,14 +330,14 @@ def _clean(p: Problem) -> None:
     """No impulse, to the bit, where there is no law, and of contacts that open."""
     for s in range(p.law.size):
         first, law = p.switches[s, SWITCH_FIRST], p.law[s]
-        leaves = p.x[first] - _scaled(p, first) * p.rates[first] <= 0.0
+        leaves = p.x[first] - scaled(p, first) * p.rates[first] <= 0.0
         for i in range(first, first + p.switches[s, SWITCH_ROWS]):
             if law == FREE or (law >= PRESSES and leaves):
                 p.x[i] = 0.0
 
 
 @apart
-def _search(p: Problem, rounds: int, rays: bool) -> int:
+def search(p: Problem, rounds: int, rays: bool) -> int:
     """Sweeps and Newton's method from x on, in turn; of no round the latter alone."""
     for _ in range(max(rounds, 1)):
         update_rates(p)
@@ -373,11 +373,11 @@ def _share(p: Problem) -> int:
         p.given[i], p.diagonal[i], p.anchor[i] = p.free[i], p.S[i, i], 0.0
         scale = max(scale, p.S[i, i])
     _shift(p, STIFF * scale)
-    said, by = _search(p, 1, False), scale
+    said, by = search(p, 1, False), scale
     while said == UNSOLVED and by > STIFF * scale:
         by = max(STIFFER * by, STIFF * scale)
         _shift(p, by)
-        said = _search(p, FEW, True)
+        said = search(p, FEW, True)
         if by > STIFF * scale:
             said = UNSOLVED
     for _ in range(REFINED if said == SOLVED else 0):
@@ -401,11 +401,17 @@ def _roughen(p: Problem) -> int:
     while cap < ROUGHER * most:
         for s in range(p.law.size):
             p.friction[s] = min(p.anchor[s], cap)
-        said = _search(p, FEW, True)
+        said = search(p, FEW, True)
         cap *= ROUGHER
     for s in range(p.law.size):
         p.friction[s] = p.anchor[s]
     return said
+
+
+@apart
+def refine(p: Problem) -> int:
+    """By Newton's method alone, from x on."""
+    return search(p, 0, False)
 
 
 @apart
@@ -416,11 +422,11 @@ def contradicts(p: Problem) -> bool:
         p.friction[s], p.bound[s] = 0.0, 0.0
     for i in range(p.free.size):
         p.x[i] = 0.0
-    return solve(p) != SOLVED
+    return iterate(p) != SOLVED
 
 
 @apart
-def solve(p: Problem) -> int:
+def iterate(p: Problem) -> int:
     """Find x, and its rates; SOLVED, UNSOLVED, or PARADOX where friction leaves nothing to be found. Of contacts with
     friction that say the same the impulses of least norm."""
     contacts = 0
@@ -430,11 +436,11 @@ def solve(p: Problem) -> int:
     if contacts > 1:
         said = _share(p)
         if said == SOLVED:
-            said = _search(p, 0, False)
+            said = search(p, 0, False)
     if said == UNSOLVED:
-        said = _search(p, FEW, False)
+        said = search(p, FEW, False)
     if said == UNSOLVED:
         said = _roughen(p)
     if said == UNSOLVED:
-        said = _search(p, ROUNDS, True)
+        said = search(p, ROUNDS, True)
     return said

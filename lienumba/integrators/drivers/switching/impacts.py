@@ -5,7 +5,7 @@ import numpy as np
 
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.switching.complementarity import solve
+from lienumba.integrators.drivers.switching.choices import solve
 from lienumba.integrators.drivers.switching.problem import HOLDS, PRESSES, SOLVED, size
 from lienumba.integrators.drivers.switching.reactions import STILL, Reactions, along, number, spread, still, touches
 from lienumba.integrators.drivers.switching.used_rows import held, take_firm
@@ -33,7 +33,7 @@ FAINT = 1e-6  # of what comes back: a part that is none
 
 @apart
 def impulses(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> int:
-    """Of what is hit or closed, to x; see `complementarity.solve`."""
+    """Of what is hit or closed, to x; see `complementarity`."""
     p, on, firm, back = r.problem, first.state + layout.on_row(sizes), False, False
     for s in range(sizes.switches):
         if p.switches[s, SWITCH_KIND] == BILATERAL and rows[on + s, lane] != OFF:

@@ -6,7 +6,7 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.switching import grips
 from lienumba.integrators.drivers.switching.asking import bluntness, may_act, slide, switch_fired
-from lienumba.integrators.drivers.switching.complementarity import solve
+from lienumba.integrators.drivers.switching.choices import solve
 from lienumba.integrators.drivers.switching.loads import lend
 from lienumba.integrators.drivers.switching.problem import BOUNDED, PRESSES, ROUNDING, SLIDES, SOLVED, size
 from lienumba.integrators.drivers.switching.reactions import (
@@ -85,7 +85,7 @@ def _stays(r: Reactions, switch: int, largest: float) -> bool:
 
 @apart
 def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, step: float) -> int:
-    """How every switch goes on, to the state; see `complementarity.solve`. step: of explicit steps of given length (s),
+    """How every switch goes on, to the state; see `complementarity`. step: of explicit steps of given length (s),
     else 0."""
     p, largest = r.problem, 0.0
     may_act(r, rows, first, sizes, lane, True)

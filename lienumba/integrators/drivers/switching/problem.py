@@ -17,7 +17,7 @@ class Problem(NamedTuple):
     """S (q, q), free (q,); switches (s, 7): see `layout`; law, friction (mu), bound (s,); direction (q,): d in the rows
     of tangents; x (q,): the impulses, where to begin, 0 without a law, and then the answer; rates (q,): r of them;
     step, best, given, diagonal, anchor (q,), matrix (q, q + 1): to work in. least (s,): what `ROUNDING` is a part of,
-    where all that is asked for nearly cancels."""
+    where all that is asked for nearly cancels. laws (s,), start (q,): what was given, where others are tried."""
 
     S: Floats2
     free: Floats1
@@ -35,6 +35,8 @@ class Problem(NamedTuple):
     anchor: Floats1
     matrix: Floats2
     least: Floats1
+    laws: Floats1
+    start: Floats1
 
 
 @inlined

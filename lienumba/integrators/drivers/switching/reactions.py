@@ -51,7 +51,7 @@ def room(at: Workspace, sizes: Sizes, switches: Integers2) -> Reactions:
     system = matrix(address + 8 * q * (q + layout.CHANGE_VECTORS), q, q + 1)
     p = Problem(
         v[0:q], v[q], switches, v[q + 1][:s], v[q + 2][:s], v[q + 3][:s], v[q + 4], v[q + 5], v[q + 6], v[q + 7],
-        v[q + 8], v[q + 9], v[q + 10], v[q + 11], system, v[q + 12][:s],
+        v[q + 8], v[q + 9], v[q + 10], v[q + 11], system, v[q + 12][:s], v[q + 27][:s], v[q + 28],
     )  # fmt: skip
     whole = matrix(address + 8 * q * (2 * q + layout.CHANGE_VECTORS + 1), q, q)
     g = Grips(whole, v[q + 18], v[q + 25], v[q + 19][:s], v[q + 20], v[q + 21], v[q + 22], v[q + 23])

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from lienumba.compiler.flat import Flat, compiled
 from lienumba.compiler.routines.marks import Integers1
-from lienumba.integrators.drivers.switching.complementarity import FEW, _search, solve
+from lienumba.integrators.drivers.switching.choices import solve
+from lienumba.integrators.drivers.switching.complementarity import FEW, search
 from lienumba.integrators.drivers.switching.problem import (
     BOUNDED,
     FREE,
@@ -39,7 +40,7 @@ def problem(S: Any, free: Any, laws: list[tuple[float, int, int, float]], direct
     return Problem(
         S, np.array(free, float), switches, np.array([float(x[0]) for x in laws]), numbers, numbers.copy(), d,
         np.zeros(q), np.zeros(q), np.zeros(q), np.zeros(q), np.zeros(q), np.zeros(q), np.zeros(q), np.zeros((q, q + 1)),
-        np.zeros(s),
+        np.zeros(s), np.zeros(s), np.zeros(q),
     )  # fmt: skip
 
 
@@ -182,7 +183,7 @@ def impact(seed: int, rough: float) -> Problem:
 def test_where_sweeps_alone_do_not_find_it(seed: int) -> None:
     """Coefficients of 1,000: contacts that give way less and less, friction that grows, or sweeps that solve a whole
     contact do."""
-    assert _search(impact(seed, 1e3), FEW, False) == UNSOLVED
+    assert search(impact(seed, 1e3), FEW, False) == UNSOLVED
     p, said = impact(seed, 1e3), np.zeros(1, np.int64)
     machine_code()(p, said)
     assert said[0] == SOLVED

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.switching import complementarity, impacts, modes, reactions
+from lienumba.integrators.drivers.switching import impacts, modes, problem, reactions
 from lienumba.integrators.drivers.switching.grips import Grips
 from lienumba.integrators.drivers.switching.reactions import Reactions
 from lienumba.integrators.layout import KINETIC, OFF, SLIDE, STATIC, STICK, UNILATERAL
@@ -34,13 +34,14 @@ class Lane:
         for i in range(row):
             for j in range(i + 1):
                 self.put(lambda sizes: 0, layout.border_place(i, j), S[i, j])
-        v = [np.zeros(row) for _ in range(19)]
-        law, friction, bound, least, begins, paces, static = (np.zeros(len(tangents)) for _ in range(7))
-        p = complementarity.Problem(
-            np.zeros_like(S), v[0], switches, law, friction, bound, *v[1:9], np.zeros((row, row + 1)), least
+        v = [np.zeros(row) for _ in range(20)]
+        law, friction, bound, least, begins, paces, static, lent, laws = (np.zeros(len(tangents)) for _ in range(9))
+        p = problem.Problem(
+            np.zeros_like(S), v[0], switches, law, friction, bound, *v[1:9], np.zeros((row, row + 1)), least,
+            laws, v[19],
         )  # fmt: skip
         grip = Grips(np.zeros_like(S), v[13], v[18], static, *v[14:18])
-        self.r = Reactions(p, *v[9:13], begins, paces, grip)
+        self.r = Reactions(p, *v[9:13], begins, paces, lent, grip)
 
     def put(self, where: Any, which: Any, values: Any) -> None:
         """Into what `border` writes."""
@@ -74,7 +75,7 @@ def pushed(push: float, *friction: float) -> Lane:
     lane = Lane(np.tile(np.eye(PLANE), (2, 2)), [2, 2])
     lane.friction(*friction)
     lane.put(layout.border_accelerations, np.arange(6), np.tile([-10.0, push, 0.0], 2))
-    assert lane.modes() == complementarity.SOLVED
+    assert lane.modes() == problem.SOLVED
     return lane
 
 
@@ -100,7 +101,7 @@ def test_what_presses_with_nothing_opens() -> None:
     lane = Lane(np.eye(PLANE), [2])
     lane.friction(0.5)
     lane.put(layout.border_accelerations, np.arange(3), [1.0, 0.0, 0.0])
-    assert lane.modes() == complementarity.SOLVED
+    assert lane.modes() == problem.SOLVED
     assert lane.on == [OFF]
 
 
@@ -109,7 +110,7 @@ def rocked(leaves: float) -> Lane:
     lane = Lane([[2.0, -leaves], [-leaves, 2.0]], [0, 0])
     lane.put(layout.border_rates, [0, 1], [-1.0, 1.5 * leaves])
     reactions.read(lane.r, *lane.place)
-    assert impacts.impulses(lane.r, *lane.place) == complementarity.SOLVED
+    assert impacts.impulses(lane.r, *lane.place) == problem.SOLVED
     return lane
 
 
@@ -131,7 +132,7 @@ def test_sliding_that_friction_leaves_no_acceleration_is_a_paradox() -> None:
     lane.friction(2.0)
     lane.put(layout.border_rates, np.arange(PLANE), [0.0, 1e-5, 0.0])
     lane.put(layout.border_accelerations, np.arange(PLANE), [-10.0, 0.0, 0.0])
-    assert lane.modes() == complementarity.PARADOX
+    assert lane.modes() == problem.PARADOX
     lane.put(layout.border_rates, np.arange(PLANE), [0.0, -1e-5, 0.0])  # the other way friction lifts it
-    assert lane.modes() == complementarity.SOLVED
+    assert lane.modes() == problem.SOLVED
     assert lane.on == [SLIDE]
