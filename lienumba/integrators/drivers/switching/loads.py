@@ -12,7 +12,7 @@ from lienumba.integrators.drivers.switching.reactions import Reactions
 from lienumba.integrators.drivers.switching.used_rows import BARE, DRY, FIRM, SHARED, TANGENT, lift, take
 from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_ROWS, SWITCH_SHARES, SWITCH_TANGENTS
 
-SLIGHT = 1e-9  # of the largest force: what leaves by less does not
+SLIGHT = 1e-9  # of the largest force: what presses with less does not
 WITHIN = 1e-9  # of what a force may be: by how much it may be more
 SOFTENINGS, SOFTER, STEPS, HALVINGS = 9, 0.1, 8, 40  # of limits, each a tenth of the one before; Newton steps, of each
 
@@ -25,7 +25,7 @@ def lend(r: Reactions, largest: float) -> None:
     for s in range(p.law.size):
         r.lent[s] = 0.0
         some = some or p.law[s] == BOUNDED
-        rough = rough or (_stays(p, s, largest) and p.switches[s, SWITCH_TANGENTS] > 0)
+        rough = rough or (_presses(p, s, largest) and p.switches[s, SWITCH_TANGENTS] > 0)
     if not some or not _left_out(r, largest):
         return
     for i in range(p.free.size):
@@ -56,7 +56,7 @@ def _left_out(r: Reactions, largest: float) -> bool:
             r.wanted[row] = float(DRY)
         for i in range(row, end if law == HOLDS else row):
             r.wanted[i] = float(FIRM)
-        if _stays(p, s, largest):
+        if _presses(p, s, largest):
             r.wanted[row] = float(SHARED) if p.switches[s, SWITCH_SHARES] != 0 else float(BARE)
             for i in range(row + 1, end if law == PRESSES else row):
                 r.wanted[i] = float(TANGENT)
@@ -68,10 +68,8 @@ def _left_out(r: Reactions, largest: float) -> bool:
 
 
 @inlined
-def _stays(p: Problem, switch: int, largest: float) -> bool:
-    """Whether a contact or stop stays closed."""
-    row = p.switches[switch, SWITCH_FIRST]
-    return p.law[switch] >= PRESSES and p.rates[row] <= SLIGHT * largest * p.S[row, row]
+def _presses(p: Problem, switch: int, largest: float) -> bool:
+    return p.law[switch] >= PRESSES and p.x[p.switches[switch, SWITCH_FIRST]] > SLIGHT * largest
 
 
 @apart
@@ -149,7 +147,7 @@ def _center(p: Problem, N: Floats2, largest: float) -> None:
     first: x may lie on some."""
     q, soft, most = p.free.size, 1.0, 0.0
     for s in range(p.law.size):
-        if _stays(p, s, largest):
+        if _pressed(p, s, largest):
             most = max(most, p.given[p.switches[s, SWITCH_FIRST]])
     most = most if most > 0.0 else largest
     for _ in range(SOFTENINGS):
@@ -177,6 +175,12 @@ def _center(p: Problem, N: Floats2, largest: float) -> None:
 
 
 @inlined
+def _pressed(p: Problem, switch: int, largest: float) -> bool:
+    """As it was given."""
+    return p.law[switch] >= PRESSES and p.given[p.switches[switch, SWITCH_FIRST]] > SLIGHT * largest
+
+
+@inlined
 def _rubs(p: Problem, switch: int) -> bool:
     return p.law[switch] == PRESSES and p.switches[switch, SWITCH_TANGENTS] == 2 and p.friction[switch] > 0.0
 
@@ -191,7 +195,7 @@ def _room(p: Problem, soft: float, most: float, largest: float) -> float:
         if p.law[s] == BOUNDED and p.bound[s] > 0.0:
             part = p.x[row] / ((1.0 + soft) * p.bound[s])
             room *= max(1.0 - part * part, 0.0)
-        if _stays(p, s, largest):
+        if _pressed(p, s, largest):
             normal = p.x[row] + soft * most
             room *= max(normal, 0.0) / most
             if _rubs(p, s):
@@ -215,7 +219,7 @@ def _to_center(p: Problem, N: Floats2, soft: float, most: float, largest: float)
             limit = (1.0 + soft) * p.bound[s]
             _add(p, N, row, -1.0 / (limit - p.x[row]))
             _add(p, N, row, 1.0 / (limit + p.x[row]))
-        if _stays(p, s, largest):
+        if _pressed(p, s, largest):
             _add(p, N, row, 1.0 / (p.x[row] + soft * most))
             if _rubs(p, s):
                 limit, x, y = mu * (p.x[row] + soft * most), p.x[row + 1], p.x[row + 2]

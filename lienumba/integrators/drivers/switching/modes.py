@@ -8,7 +8,7 @@ from lienumba.integrators.drivers.switching import grips
 from lienumba.integrators.drivers.switching.asking import bluntness, may_act, slide, switch_fired
 from lienumba.integrators.drivers.switching.choices import solve
 from lienumba.integrators.drivers.switching.loads import lend
-from lienumba.integrators.drivers.switching.problem import BOUNDED, PRESSES, ROUNDING, SLIDES, SOLVED, size
+from lienumba.integrators.drivers.switching.problem import BOUNDED, FREE, PRESSES, ROUNDING, SLIDES, SOLVED, size
 from lienumba.integrators.drivers.switching.reactions import (
     AT_ONCE,
     GOES_ON,
@@ -210,8 +210,12 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
     before = first.conditions + layout.conditions(sizes) + sizes.events
     pulls = first.conditions + sizes.events + layout.OPENS  # minus the force with which the step began
     parts = False  # with what lets go all does whose force has fallen to nothing, and what has let go does not return
+    lends, left, least = False, False, slight
     for s in range(sizes.switches):
         parts = parts or switch_fired(rows, first, sizes, lane, s, layout.OPENS)
+        lends = lends or r.lent[s] != 0.0
+    if lends:  # the way to where nothing holds is halved each time, and has an end
+        least = EDGE / SLIGHT * slight
     for s in range(sizes.switches):
         kind, row, bare = p.switches[s, SWITCH_KIND], p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS] == 0
         how = rows[before + s, lane]
@@ -222,10 +226,14 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
         if kind == UNILATERAL:
             pressed = p.law[s] >= PRESSES and p.rates[row] <= slight * p.S[row, row]
             idle, had = pressed and p.x[row] <= slight, -rows[pulls + layout.CONDITIONS * s, lane]
-            faint = pressed and p.x[row] <= max(slight, SLIGHT * had)
+            faint = pressed and p.x[row] <= max(least, SLIGHT * had)
             falls = switch_fired(rows, first, sizes, lane, s, layout.OPENS) or (parts and p.x[row] <= SLIGHT * had)
             pressed = pressed and not (faint and how != OFF and falls) and not (idle and how == OFF and parts)
-            pressed = pressed and not (idle and _drawn(r, row))
+            pressed = pressed and not (idle and (_drawn(r, row) or _is_held_dry(r, row)))
+            if lends and p.law[s] >= PRESSES and not pressed:  # what it left to loads is asked again without it
+                p.law[s], left = float(FREE), True
+                for i in range(row, row + p.switches[s, SWITCH_ROWS]):
+                    p.x[i] = 0.0
             how = (float(SLIDE) if p.law[s] == SLIDES or bare else float(STICK)) if pressed else float(OFF)
             asked = p.switches[s, layout.SWITCH_SHARES] != 0 and p.x[row] <= slight * SHARING if bare else idle
             if pressed and asked:
@@ -255,7 +263,7 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
                 rows[first.state + layout.memory_row(sizes) + memory, lane] = measured
             if p.switches[s, SWITCH_GRIP] >= 0 and _begins(r, s):  # with what is faster, so it may be slow
                 rows[first.state + layout.memory_row(sizes) + p.switches[s, SWITCH_GRIP] + 2, lane] = 0.0
-    return slid
+    return slid or left
 
 
 @apart
@@ -416,6 +424,15 @@ def blunt(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, s
         speed = max(slow(rows, first, sizes, lane, s), step * rate)
         for n in range(2):
             rows[memory + p.switches[s, layout.SWITCH_MEMORY] + n, lane] = speed * p.direction[row + 1 + n]
+
+
+@apart
+def _is_held_dry(r: Reactions, row: int) -> bool:
+    """Whether friction of joints that sticks may hold what touches along a row."""
+    p, some = r.problem, False
+    for s in range(r.begins.size):
+        some = some or (p.law[s] == BOUNDED and p.S[row, p.switches[s, SWITCH_FIRST]] != 0.0)
+    return some
 
 
 @apart
