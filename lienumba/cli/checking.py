@@ -72,7 +72,7 @@ def validate(
         from lienumba.scenario.start.study_start import check_starts
 
         nominal = check_starts(resolved)
-        if nominal is not None and (resolved.data.model.requirements or resolved.data.sweep.stop is not None):
+        if nominal is not None:
             from lienumba.engine.results import Results
             from lienumba.engine.stopping import stopping_of
 

@@ -30,7 +30,7 @@ from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.design import weights
 from lienumba.scenario.start.prepare import Nominal
 from lienumba.store import layout, provenance
-from lienumba.store.layout import FULL, MARGIN, MET, RUN, SERIES, VARIABLES, WEIGHT, Variable
+from lienumba.store.layout import FULL, MARGIN, MET, RUN, SERIES, VARIABLES, WEIGHT, Variable, is_taken
 from lienumba.store.names import INPUT, NOT_OF_A_NAME, Name, Names, kind_of, names_in, with_failed
 from lienumba.store.shards import LABEL
 
@@ -199,7 +199,7 @@ class Results:
         """Each of these fields once; a ScenarioError if the dataset has another variable of that name."""
         found = {field.name: field for field in fields if all(field.shape)}
         for name in found:
-            if name in taken or name in VARIABLES:
+            if name in taken or is_taken(name):
                 raise ScenarioError(
                     f"{asked}: gives {name}, but the dataset has a variable of this name already; give one of the two "
                     "another name"

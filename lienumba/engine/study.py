@@ -17,15 +17,13 @@ from lienumba.engine.fields.field import measured
 from lienumba.engine.memory import Memory
 from lienumba.engine.programs import compiled_of
 from lienumba.engine.simulate import Progress, Runs, Tell, Threads, simulate
-from lienumba.errors import Problem, ScenarioError
 from lienumba.integrators.methods import METHODS
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Prepared, prepare
 from lienumba.scenario.start.study_start import problems, stated, told
 from lienumba.scenario.study_errors import STATE, Truth, errors, rounding
 from lienumba.store import provenance, study_layout
-from lienumba.store.layout import Variable
-from lienumba.store.study_layout import ERRORS, OF_POINTS, TAKEN, TRUSTED, grid_of, typical
+from lienumba.store.study_layout import ERRORS, OF_POINTS, TRUSTED, grid_of, typical
 from lienumba.words import listed, plural, show
 
 if TYPE_CHECKING:
@@ -42,7 +40,8 @@ def run(scenario: Scenario, labels: Sequence[int], workers: int, tell: Tell) -> 
     assert data.study is not None
     assert plan is not None
     bench = _Bench(scenario, labels, workers, tell)
-    measures = _measures(scenario, bench)
+    model = next(iter(bench.prepared.values())).model
+    measures = {field.name: field.spec for field in measured(scenario, model)}
     known = {point.problem: stated(scenario, point, labels, bench.samples) for point in problems(plan)}
     bench.compile()
     found: dict[int, Arrays] = {}
@@ -79,19 +78,6 @@ def run(scenario: Scenario, labels: Sequence[int], workers: int, tell: Tell) -> 
         provenance.attributes(data.title, scenario.to_toml(), scenario.sha256(), data.sweep.seed, provenance.command()),
         measures,
     )
-
-
-def _measures(scenario: Scenario, bench: "_Bench") -> dict[str, Variable]:
-    """The numbers of whole runs; a ScenarioError if the dataset has something of such a name already."""
-    assert scenario.plan is not None
-    model = next(iter(bench.prepared.values())).model
-    found = {field.name: field.spec for field in measured(scenario, model)}
-    taken = {*TAKEN, *ERRORS, *(x.name for x in scenario.plan.coordinates), *bench.samples}
-    for name in found:
-        if {name, f"{name}_error", f"reference_{name}_error"} & (taken | (found.keys() - {name})):
-            rule = "is the name of something else in the dataset of a study, alone or with _error behind it"
-            raise ScenarioError(Problem(f"measures.{name}.name", rule, "give another name", name))
-    return found
 
 
 class _Bench:

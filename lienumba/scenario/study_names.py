@@ -1,14 +1,15 @@
 """The names and labels of the points of a study in its dataset."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from itertools import product
 from typing import Any
 
+from lienumba.errors import Problem, ScenarioError
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.toml import Keys, value_text
 from lienumba.scenario.base.units import SETTINGS
 from lienumba.scenario.reading.loading import tokens_of
-from lienumba.store.study_layout import CASE, TAKEN, Coordinate
+from lienumba.store.study_layout import CASE, ERRORS, TAKEN, Coordinate
 
 Grid = dict[str, list[Any]]
 
@@ -35,6 +36,16 @@ def coordinates(grids: list[Grid], model: Keys, units: Callable[[str], str]) -> 
         unit = (SETTINGS.get(path) or units(path)) if numbers else "1"
         found.append(Coordinate(names[path], dim, values, unit, path))
     return found
+
+
+def check_measures(measures: Collection[str], others: Collection[str]) -> None:
+    """A ScenarioError if the dataset has something else of the name of a measure, or of its error; others: names of
+    coordinates and inputs."""
+    taken = {*TAKEN, *ERRORS, *others}
+    for name in measures:
+        if {name, f"{name}_error", f"reference_{name}_error"} & (taken | ({*measures} - {name})):
+            rule = "is the name of something else in the dataset of a study, alone or with _error behind it"
+            raise ScenarioError(Problem(f"measures.{name}.name", rule, "give another name", name))
 
 
 def combinations(grid: Grid) -> Iterator[Keys]:

@@ -13,7 +13,7 @@ from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.checks.study import numerical
 from lienumba.scenario.reading.loading import put_setting, tokens_of
 from lienumba.scenario.study_errors import STATE
-from lienumba.scenario.study_names import coordinates
+from lienumba.scenario.study_names import check_measures, coordinates
 from lienumba.store.study_layout import Coordinate
 from lienumba.words import listed, plural, show
 
@@ -84,7 +84,9 @@ def plan_of(raw: Keys, base: "Scenario", resolve: "Callable[[Keys], Scenario]") 
     references = _references(study.reference, solved, attempt)
     shape = tuple(map(len, study.grid[0].values())) if len(study.grid) == 1 else (len(found),)
     model = dict(base.data.model)
-    return Plan(found, shape, coordinates(study.grid, model, base.units), references)
+    axes = coordinates(study.grid, model, base.units)
+    check_measures(base.parameters.measures, [*(x.name for x in axes), *base.data.sweep.vary])
+    return Plan(found, shape, axes, references)
 
 
 class _Attempts:

@@ -138,6 +138,11 @@ COORDINATES = {
 SAID_OF = {"coordinate_units": "coordinate", "requirement_units": "requirement"}
 
 
+def is_taken(name: object) -> bool:
+    """Whether the dataset has a variable or a coordinate of this name, whatever a scenario calls its own."""
+    return name in VARIABLES or name in COORDINATES
+
+
 def dataset(
     *,
     variables: Mapping[str, np.ndarray],

@@ -317,7 +317,7 @@ def test_measures_are_not_made_of_measures() -> None:
 
 def test_names_that_are_taken_are_refused() -> None:
     for name, sentence in (
-        ("status", "measures: gives status, but the dataset has a variable of this name already"),
+        ("status", 'measures.status.name = "status": the dataset has a variable of this name already'),
         ("p", "measures: gives p, but the dataset has a variable of this name already"),
         ("a/b", 'measures.a/b.name = "a/b": is no valid name; give words without'),
     ):

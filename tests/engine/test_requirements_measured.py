@@ -86,5 +86,5 @@ def test_its_name_is_that_of_a_variable() -> None:
     measures = [{"name": "near", "value": "max(t)"}]
     with pytest.raises(ScenarioError, match=r"requirements\.near\.name = \"near\": is also the name of a measure"):
         lienumba.run(asked({"name": "near", "value": FORMULA}, measures=measures))
-    with pytest.raises(ScenarioError, match="gives status, but the dataset has a variable of this name already"):
+    with pytest.raises(ScenarioError, match=r"requirements\.status\.name = \"status\": the dataset has a variable"):
         lienumba.run(asked({"name": "status", "value": FORMULA}))

@@ -187,12 +187,12 @@ def test_measures_have_errors_and_orders(tmp_path):
     assert "mean place_error" in lienumba.analysis.work_precision(settings)
 
 
-def test_names_of_measures_that_a_study_has_itself_are_refused():
+@pytest.mark.parametrize("name", ["step", "final_position", "reference_position", "evaluations", "case"])
+def test_names_of_measures_that_a_study_has_itself_are_refused(name: str):
     given = {
-        "measures": [MEASURES[0] | {"name": "step"}],
+        "measures": [MEASURES[0] | {"name": name}],
         "quantities": [{"name": "p", "type": "point", "body": "ball"}],
     }
-    with pytest.raises(
-        lienumba.ScenarioError, match=r'measures\.step\.name = "step": is the name of something else in'
-    ):
-        lienumba.run(ball(STEPS, **given))
+    said = rf'measures\.{name}\.name = "{name}": is the name of something else in'
+    with pytest.raises(lienumba.ScenarioError, match=said):
+        resolve(ball(STEPS, **given))

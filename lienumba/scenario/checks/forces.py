@@ -17,7 +17,7 @@ from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.drivers import check_driven_body, check_start, numbers_at
 from lienumba.scenario.checks.joints import Tables, check_seen, check_two_bodies, find_coordinate
 from lienumba.scenario.checks.times import check_samples
-from lienumba.store.layout import VARIABLES
+from lienumba.store.layout import is_taken
 from lienumba.words import show
 
 
@@ -82,7 +82,7 @@ def _check_own(place: str, force: PythonForce, report: Report) -> None:
         check_samples(f"{place}.every", float(force.every), report)
     if force.returns == "potential" and (force.states or force.every is not None):
         report.add(place, "a potential energy has neither states nor samples", "leave states and every out")
-    if force.states and force.name in VARIABLES:
+    if force.states and is_taken(force.name):
         report.add(
             f"{place}.name",
             "its states are stored by this name, which the dataset has already",

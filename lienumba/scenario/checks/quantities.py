@@ -21,8 +21,7 @@ from lienumba.scenario.checks.drivers import check_start
 from lienumba.scenario.checks.joints import Tables, find_coordinate
 from lienumba.scenario.checks.times import check_samples
 from lienumba.scenario.schema.tables import points_problem
-from lienumba.store.layout import COORDINATES as DIMENSIONS
-from lienumba.store.layout import VARIABLES
+from lienumba.store.layout import is_taken
 from lienumba.words import listed
 
 SINGULAR = {"bodies": "body", "joints": "joint", "drivers": "driver", "contacts": "contact", "limits": "limit"}
@@ -74,9 +73,7 @@ def check_noise(place: str, noise: Keys, lists: Lists, report: Report) -> None:
 
 
 def _check_name(place: str, name: object, lists: Lists, report: Report) -> None:
-    """The dataset has one variable of a name."""
-    if name in VARIABLES or name in DIMENSIONS:
-        report.add(f"{place}.name", "the dataset has a variable of this name already", "give another name", name)
+    check_variable(place, name, report)
     if name in with_states(lists):
         report.add(
             f"{place}.name",
@@ -84,6 +81,12 @@ def _check_name(place: str, name: object, lists: Lists, report: Report) -> None:
             "give another name",
             name,
         )
+
+
+def check_variable(place: str, name: object, report: Report) -> None:
+    """The dataset has one variable of a name."""
+    if is_taken(name):
+        report.add(f"{place}.name", "the dataset has a variable of this name already", "give another name", name)
 
 
 def _check_references(at: str, value: object, named: list[str], refers: Refers, report: Report) -> None:
@@ -100,7 +103,7 @@ def _check_references(at: str, value: object, named: list[str], refers: Refers, 
 
 def with_states(lists: Lists) -> list[str]:
     """The forces whose states are stored by their names."""
-    return [str(f.get("name")) for f in lists["forces"] if f.get("states") and str(f.get("name")) not in VARIABLES]
+    return [str(f.get("name")) for f in lists["forces"] if f.get("states") and not is_taken(f.get("name"))]
 
 
 def _check_joint(place: str, name: str, lists: Lists, report: Report) -> None:

@@ -23,7 +23,7 @@ from lienumba.scenario.checks.study import check_study
 from lienumba.scenario.checks.sweep import check_sweep
 from lienumba.scenario.checks.tables import check_tables
 from lienumba.scenario.checks.times import check_times, looked_at
-from lienumba.scenario.checks.wanted.requirements import check_requirements, check_stop
+from lienumba.scenario.checks.wanted.requirements import check_names, check_requirements, check_stop
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.scenario import Body, Gravity, Integrator, Projection, Standing, StartSection
@@ -74,6 +74,7 @@ def check_scenario(raw: Keys, parameters: Parameters) -> Report:
         if output is not None:
             check_output(output, lists, parameters, report)
     sweep = raw.get("sweep")
+    check_names(lists, report)
     check_requirements(lists[REQUIREMENTS], table_in(raw, "sweep"), parameters, report)
     if isinstance(sweep, dict) and named:
         check_sweep(sweep, _numbers_of(model, lists), parameters, report)

@@ -1,14 +1,23 @@
-"""What is wrong with requirements and with the section [sweep.stop]: limits, and when there are runs enough; one
-sentence each."""
+"""What is wrong with measures, requirements and the section [sweep.stop]: names, limits, and when there are runs
+enough; one sentence each."""
 
-from lienumba.scenario.base.paths import REQUIREMENTS
+from lienumba.scenario.base.paths import MEASURES, REQUIREMENTS
 from lienumba.scenario.base.problems import Report, placed, read
 from lienumba.scenario.base.toml import Keys
+from lienumba.scenario.checks.quantities import Lists, check_variable
+from lienumba.scenario.formulas.measures import is_formula
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.schema.requirements import LIMITS, Requirement
 from lienumba.scenario.schema.stop import Stop
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.words import suggestion
+
+
+def check_names(lists: Lists, report: Report) -> None:
+    """Check the names of the variables that measures are, and requirements whose values are formulas."""
+    measures, requirements = placed(MEASURES, lists[MEASURES]), placed(REQUIREMENTS, lists[REQUIREMENTS])
+    for place, table in (*measures, *((at, x) for at, x in requirements if is_formula(str(x.get("value"))))):
+        check_variable(place, table.get("name"), report)
 
 
 def check_requirements(requirements: list[Keys], sweep: Keys, parameters: Parameters, report: Report) -> None:
