@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-import re
-
+from lienumba.keys.units import SUPERSCRIPTS, factors
 from lienumba.store import study_layout
 from lienumba.store.layout import VARIABLES
 
 EITHER = {"driver_effort": "N or N·m", "multiplier": "N or N·m"}  # units of variables that have several
-POWERS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+POWERS = str.maketrans("0123456789-", SUPERSCRIPTS)
 
 
 def unit_label(units: str) -> str:
-    """A unit as people write it: kg·m²/s of kg m2 s-1; nothing of 1."""
-    above: list[str] = []
-    below: list[str] = []
-    for name, power in re.findall(r"([^\W\d]+)(-?\d*)", units):
-        size = power.removeprefix("-")
-        (below if power.startswith("-") else above).append(name + ("" if size == "1" else size.translate(POWERS)))
-    return "/".join(["·".join(above) or "1", *below]) if above or below else ""
+    """A unit as people write it: kg·m²/s of kg m2 s-1; nothing of 1, and as it is what is none."""
+    found = factors(units)
+    if found is None:
+        return units.strip()
+    above = [_raised(symbol, power) for symbol, power in found if power >= 0]
+    below = [_raised(symbol, -power) for symbol, power in found if power < 0]
+    return "/".join(["·".join(above) or "1", *below]) if found else ""
+
+
+def _raised(symbol: str, power: float) -> str:
+    size = f"{power:g}"
+    return symbol + ("" if power == 1 else size.translate(POWERS) if size.isdecimal() else f"^{size}")
 
 
 def named(name: str, units: str) -> str:

@@ -14,6 +14,7 @@ import xarray as xr
 
 from lienumba.analysis.outcomes import of_sweep
 from lienumba.errors import ScenarioError
+from lienumba.keys.units import factors, written
 from lienumba.store.layout import FULL, RUN, texts
 from lienumba.store.windows import windows
 from lienumba.words import show, suggestion
@@ -144,10 +145,5 @@ def check_probability(name: str, value: float) -> None:
 
 def power(units: str, exponent: float) -> str:
     """A power of units such as "m s-1"; exponent 2: "m2 s-2"."""
-    import re
-
-    def raised(match: re.Match[str]) -> str:
-        product = int(match[2] or 1) * exponent
-        return match[1] + ("" if product == 1 else f"{product:g}")
-
-    return re.sub(r"([A-Za-z]+)(-?\d+)?", raised, units)
+    found = factors(units)
+    return f"({units})^{exponent:g}" if found is None else written([(x, n * exponent) for x, n in found])

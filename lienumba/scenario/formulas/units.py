@@ -1,10 +1,10 @@
 """Units of formulas, where those of what they read are known: "m s-1" times "s" is "m"."""
 
 import ast
-import re
 from collections.abc import Mapping
 from functools import reduce
 
+from lienumba.keys.units import factors, written
 from lienumba.numerics.functions import FUNCTIONS
 from lienumba.numerics.grammar import dotted, is_condition
 
@@ -13,9 +13,8 @@ CONSTANTS = {"t": "s", "deg": "rad", "rpm": "rad s-1", "pi": UNKNOWN}
 ANGLES = ("asin", "acos", "atan", "atan2")
 ALIKE = ("abs", "floor", "ceil", "mod")  # of which the first argument says the units
 SUMS = ("min", "max", "clip", "hypot")
-POWER = re.compile(r"([A-Za-z]+)(-?\d+)?")
 
-Powers = dict[str, int]  # of symbols; empty of a plain number
+Powers = dict[str, float]  # of symbols; empty of a plain number
 Known = Powers | None
 
 
@@ -70,15 +69,15 @@ def units_of(text: str, names: Mapping[str, str], reducers: Mapping[str, str]) -
         return _parsed("rad") if name in ANGLES else {}
 
     powers = found(ast.parse(text.strip(), mode="eval").body)
-    return " ".join(f"{x}{n if n != 1 else ''}" for x, n in (powers or {}).items()) or UNKNOWN
+    return written([*(powers or {}).items()])
 
 
 def _parsed(units: str) -> Known:
-    """Symbols with their powers; none of a text that is not written so."""
-    words = [POWER.fullmatch(word) for word in units.split() if word != UNKNOWN]
-    found: Known = {}
-    for word in words:
-        found = None if word is None else _product(found, {word[1]: int(word[2] or 1)}, 1)
+    """Symbols with their powers; None of a text that cannot be read."""
+    every = factors(units)
+    found: Known = None if every is None else {}
+    for symbol, power in every or ():
+        found = _product(found, {symbol: power}, 1)
     return found
 
 

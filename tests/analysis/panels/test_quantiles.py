@@ -157,7 +157,18 @@ def test_what_says_most_comes_first_and_the_rest_is_named():
 
 @pytest.mark.parametrize(
     ("units", "text"),
-    [("m s-1", "m/s"), ("kg m2 s-1", "kg·m²/s"), ("1", ""), ("", ""), ("s-1", "1/s"), ("N m s rad-1", "N·m·s/rad")],
+    [
+        ("m s-1", "m/s"),
+        ("kg m2 s-1", "kg·m²/s"),
+        ("1", ""),
+        ("", ""),
+        ("s-1", "1/s"),
+        ("N m s rad-1", "N·m·s/rad"),
+        ("rad/s", "rad/s"),
+        ("m/s^2", "m/s²"),
+        ("%", "%"),
+        ("m0.5", "m^0.5"),
+    ],
 )
 def test_units_as_people_write_them(units, text):
     assert labels.unit_label(units) == text

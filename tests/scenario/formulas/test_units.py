@@ -5,7 +5,7 @@ import pytest
 from lienumba.scenario.formulas.measures import REDUCERS
 from lienumba.scenario.formulas.units import units_of
 
-NAMES = {"p.x": "m", "v.x": "m s-1", "a.angle": "rad", "root.force.x": "N", "root.sine": "1"}
+NAMES = {"p.x": "m", "v.x": "m s-1", "a.angle": "rad", "root.force.x": "N", "root.sine": "1", "b.rate": "rad/s"}
 REDUCED = {name: reducer.unit for name, reducer in REDUCERS.items()}
 BY_HAND = {
     "max(p.x)": "m",
@@ -34,6 +34,8 @@ BY_HAND = {
     "at(v.x, 0.5)": "m s-1",
     "max(-p.x, not t > 5)": "m",
     "final(t) - 1": "s",
+    "max(b.rate)": "rad s-1",
+    "integral(b.rate)": "rad",
     "max(table(p.x))*final(p.x)": "1",
 }
 
