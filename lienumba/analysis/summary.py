@@ -30,7 +30,8 @@ FEW, TIMES = 64, 100  # runs and stored times that tell of which size a variable
 @dataclass(frozen=True)
 class Quantiles:
     """5, 50 and 95 % quantiles of one number of each run; body: to what it belongs, "" for the system; scale: the
-    largest magnitude of the variable in all its components, at the start, too."""
+    largest magnitude of the variable in all its components, at the start, too; kind: the dimension along which what it
+    belongs to lies."""
 
     quantity: str
     body: str
@@ -40,6 +41,7 @@ class Quantiles:
     median: float
     high: float
     scale: float = 0.0
+    kind: str = "body"
 
 
 @dataclass(frozen=True)
@@ -245,6 +247,7 @@ def _quantiles(
     scale = max(_size(variable.values[which]), least)
     columns, dims = variable.values[which].reshape(which.sum(), -1).T, variable.dims[1:]
     places = product(*(map(str, variable[dim].values) for dim in dims))
+    kind = " ".join(str(dim) for dim in dims if dim not in AXES)
     own = None if weights is None else weights[which]
     for column, place in zip(columns, places, strict=True):
         known = ~np.isnan(column)
@@ -252,7 +255,7 @@ def _quantiles(
             body = " ".join(x for dim, x in zip(dims, place, strict=True) if dim not in AXES)
             axis = "".join(x for dim, x in zip(dims, place, strict=True) if dim in AXES)
             low, median, high = _of(column[known], None if own is None else own[known])
-            yield Quantiles(name, body, axis, str(variable.attrs.get("units", "")), low, median, high, scale)
+            yield Quantiles(name, body, axis, str(variable.attrs.get("units", "")), low, median, high, scale, kind)
 
 
 def _maximum(ds: xr.Dataset, name: str, good: np.ndarray) -> float | None:

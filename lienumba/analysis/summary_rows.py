@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,18 +11,19 @@ from lienumba.analysis.text_table import NUMBER, WORD, TextTable, number_text
 if TYPE_CHECKING:
     from lienumba.analysis.summary import Happened, Quantiles, Summary
 
-MOST_BODIES = 3  # whose numbers are seen at once
+MOST = 3  # bodies, or others of one kind, whose numbers are seen at once
+SEVERAL = {"body": "bodies", "coordinate": "coordinates", "event": "events"}  # of a kind, in words
 
 
 @dataclass(frozen=True)
 class QuantileRows:
-    """Quantiles over so many runs; first: those of the system and of few bodies, of many bodies of the last; rest:
-    those of the others, which are so many bodies."""
+    """Quantiles over so many runs; first: those of the system and of few bodies, of many bodies of the last, and so of
+    coordinates and events; rest: those of the others, which are so many of each kind, in words."""
 
     runs: int
     first: Sequence[Quantiles]
     rest: Sequence[Quantiles]
-    others: int
+    others: Mapping[str, int]
 
     @property
     def headings(self) -> list[str]:
@@ -37,10 +38,12 @@ class QuantileRows:
 
 def quantile_rows(rows: Sequence[Quantiles], runs: int) -> QuantileRows:
     """The rows of quantiles over so many runs."""
-    bodies = list(dict.fromkeys(row.body for row in rows if row.body))
-    shown = bodies if len(bodies) <= MOST_BODIES else bodies[-1:]
-    first = [row for row in rows if not row.body or row.body in shown]
-    return QuantileRows(runs, first, [row for row in rows if row not in first], len(bodies) - len(shown))
+    labels: dict[str, list[str]] = {}
+    for kind, label in dict.fromkeys((row.kind, row.body) for row in rows if row.body):
+        labels.setdefault(kind, []).append(label)
+    hidden = {kind: own[:-1] for kind, own in labels.items() if len(own) > MOST}
+    first, rest = ([row for row in rows if (row.body in hidden.get(row.kind, ())) is late] for late in (False, True))
+    return QuantileRows(runs, first, rest, {SEVERAL.get(kind, "labels"): len(own) for kind, own in hidden.items()})
 
 
 def happened_headings(summary: Summary) -> list[str]:

@@ -18,7 +18,7 @@ from lienumba.analysis.summary_rows import (
     quantile_rows,
 )
 from lienumba.analysis.text_table import NUMBER, UNIT, WORD, TextTable
-from lienumba.words import plural
+from lienumba.words import listed, plural
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -90,8 +90,9 @@ def _events(summary: Summary) -> Table:
 
 
 def _quantiles(what: str, found: QuantileRows) -> Table:
-    which = f", the last of {found.others + 1} bodies" if found.others else ""
+    several = [f"of {number + 1} {kind}" for kind, number in found.others.items()]
+    which = f", the last {listed(several)}" if several else ""
     rows = [[row.quantity, row.body, row.axis, *found.numbers(row), unit_label(row.units)] for row in found.first]
-    headings = ["quantity", "body", "axis", *found.headings, "unit"]
+    headings = ["quantity", "of", "axis", *found.headings, "unit"]
     kinds = [*repeat(WORD, 3), *repeat(NUMBER, len(found.headings)), UNIT]
     return TextTable(headings, kinds, rows).on_terminal(what + which)

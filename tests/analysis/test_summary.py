@@ -188,7 +188,7 @@ def test_it_shows_itself():
     shown = repr(summarise(known([0, 0, 2, 0])))
     assert shown.startswith("known: 3 of 4 runs good, 1 failed\n  1 projection_not_converged: ")
     assert "runs 102 (at 0.25 s)\n" in shown
-    assert " position   top    y " in " ".join(shown.split(" ")).replace("  position", " position")
+    assert " position   top   y " in " ".join(shown.split(" ")).replace("  position", " position")
     assert shown.endswith("relative energy drift 7.5e-07")
     assert "\x1b" not in shown
 

@@ -3,10 +3,13 @@
 import numpy as np
 import xarray as xr
 
+import lienumba
 from lienumba.analysis import summarise
+from lienumba.analysis.summary import Quantiles
 from lienumba.analysis.summary_rows import quantile_rows
 from lienumba.analysis.text_table import number_text
 from tests.rigs.changing import changing
+from tests.rigs.everything import EVERYTHING
 
 
 def test_zero_has_no_sign_however_it_comes_about():
@@ -36,3 +39,31 @@ def test_what_comes_to_rest_is_at_rest_beside_what_it_was_on_the_way():
     (row,) = (row for row in summarise(ds).final if row.quantity == "turning")
     assert quantile_rows([row], 4).numbers(row) == ["0", "0", "0"]
     assert row.median == 1e-14
+
+
+def test_of_each_kind_few_are_seen_at_once_and_of_many_the_last():
+    """Joints and events are no bodies; what belongs to none of them is always seen."""
+
+    def of(kind: str, number: int) -> list[Quantiles]:
+        return [Quantiles("x", f"{kind}{n}", "", "m", 0.0, 1.0, 2.0, kind=kind) for n in range(number)]
+
+    alone = Quantiles("energy", "", "", "J", 0.0, 1.0, 2.0)
+    found = quantile_rows([*of("body", 3), alone, *of("coordinate", 3), *of("event", 1)], 9)
+    assert (len(found.first), found.rest, found.others) == (8, [], {})
+    found = quantile_rows([*of("coordinate", 4), alone, *of("body", 5)], 9)
+    assert [row.body for row in found.first] == ["coordinate3", "", "body4"]
+    assert (len(found.rest), found.others) == (7, {"coordinates": 3, "bodies": 4})
+
+
+def test_joints_are_told_beside_bodies():
+    """Two bodies and two joints, the last of neither is alone."""
+    model = EVERYTHING["model"]
+    slide = {"name": "slide", "type": "prismatic", "bodies": ["ground", "ball"], "at": [0, 0, 0.5], "axis": [1, 0, 0]}
+    joints = {"model": model | {"joints": [*model["joints"], slide], "contacts": [], "forces": []}}
+    output = {"every": 0.1, "variables": ["q", "position"], "joint_coordinates": True}
+    plain = {"output": output, "requirements": [], "sweep": {"runs": 1}, "parameters": {}, "measures": []}
+    text = str(summarise(lienumba.run(EVERYTHING | joints | plain)))
+    assert "the last of" not in text
+    shown = [line.split()[:2] for line in text.splitlines()]
+    for row in (["q", "hinge"], ["q", "slide"], ["position", "ball"], ["position", "rod"]):
+        assert row in shown

@@ -31,6 +31,7 @@ from lienumba.present.html.markup import (
     text_table,
     typeset,
 )
+from lienumba.words import listed
 
 MOST_ROWS = 300  # of the folded table
 
@@ -94,8 +95,9 @@ def _quantiles(heading: str, found: QuantileRows) -> Iterator[Markup]:
     yield element("h3", heading + (f", over {found.runs:,} runs" if found.runs > 1 else ""))
     yield _table(found, found.first)
     if found.rest:
+        others = listed(f"{number} {kind}" for kind, number in found.others.items())
         more = f", the first {MOST_ROWS:,} of {len(found.rest):,} rows" if len(found.rest) > MOST_ROWS else ""
-        yield folded(f"The other {found.others} bodies{more}", _table(found, found.rest[:MOST_ROWS]))
+        yield folded(f"The other {others}{more}", _table(found, found.rest[:MOST_ROWS]))
 
 
 def _events(found: Summary) -> Iterator[Markup]:
