@@ -108,21 +108,31 @@ def judge(
     counts = np.isfinite(met)
     met, margin = met[counts], np.where(np.isnan(margin[counts]), -np.inf, margin[counts])
     own = None if weights is None else weights[counts]
-    n, k = len(met), int(np.count_nonzero(met))
-    part = float(np.average(met, weights=own)) if n and (own is None or own.any()) else float("nan")
-    tells = float(n) if own is None or not own.any() else weighted.runs_that_tell(met, own)
-    rule = _Rule(wanted, looked)
-    passed = k if own is None else part * tells if n else 0.0
+    n, rule = len(met), _Rule(wanted, looked)
+    passed, tells = _counted(met, own)
     low, high = rule.bounds(passed, tells)
     verdict = rule.shown(passed, tells) or OPEN
     each = n / tells if tells else 1.0  # runs for one that tells as much without weights
     more, fewest = (0, 0) if verdict != OPEN else (rule.more(passed, tells), rule.fewest(passed, tells))
     more, fewest = (x if x is None or own is None else int(np.ceil(x * each)) for x in (more, fewest))
     return Verdict(
-        wanted.name, verdict, n, k, wanted.probability, wanted.confidence, part, low, high, looked, more, fewest,
-        _tolerance(margin, rule) if own is None else _weighted_tolerance(margin, own, wanted),
+        wanted.name, verdict, n, int(np.count_nonzero(met)), wanted.probability, wanted.confidence,
+        passed / tells if tells else float("nan"), low, high, looked, more, fewest,
+        _tolerance(margin, rule)
+        if own is None
+        else _kept(margin, met, lambda kept: rule.shown(*_counted(kept.astype(float), own)) == MET),
         None if own is None or not own.any() else weighted.effective(own),
     )  # fmt: skip
+
+
+def _counted(true: np.ndarray, weights: np.ndarray | None) -> tuple[float, float]:
+    """Of how many of how many runs something is true (n,: 1 or 0), of runs with weights as many as tell as much."""
+    if weights is None or not len(true):
+        return float(np.count_nonzero(true)), float(len(true))
+    if not weights.any():
+        return float("nan"), float(len(true))
+    tells = weighted.runs_that_tell(true, weights)
+    return weighted.share(true, weights) * tells, tells
 
 
 def _bet(wanted: Wanted, met: np.ndarray, margin: np.ndarray, weights: np.ndarray, most: float) -> Verdict:
@@ -142,7 +152,8 @@ def _bet(wanted: Wanted, met: np.ndarray, margin: np.ndarray, weights: np.ndarra
     return Verdict(
         wanted.name, verdict or OPEN, n, int(np.count_nonzero(met)), wanted.probability, sure,
         float(np.average(met, weights=weights)) if n else float("nan"), 1.0 - largest, 1.0 - least, True,
-        0 if verdict else more, 0 if verdict else fewest, _bet_tolerance(margin, weights, wanted, most),
+        0 if verdict else more, 0 if verdict else fewest,
+        _kept(margin, met, lambda kept: _decided(*betting.gains(weights * ~kept, most, fail), sure) == MET),
         weighted.effective(weights) if n else None,
     )  # fmt: skip
 
@@ -154,20 +165,17 @@ def _decided(above: np.ndarray, below: np.ndarray, sure: float) -> str | None:
     return MET if less >= enough else NOT_MET if more >= enough else None
 
 
-def _bet_tolerance(margin: np.ndarray, weights: np.ndarray, wanted: Wanted, most: float) -> float | None:
-    """The largest margin of which bets show that so large a part of all runs keeps it."""
-    order = np.argsort(margin, kind="stable")
-    kept, fail = -1, 1.0 - wanted.probability
-    low, high = 0, len(margin)
-    while low < high:  # the runs below it are more, the more of them there are
+def _kept(margin: np.ndarray, met: np.ndarray, shown: Callable[[np.ndarray], bool]) -> float | None:
+    """The largest margin of which it is shown that so large a part of all runs keeps it, as the verdict is: that of the
+    runs (n,) that meet it is asked of first, so that it is good where they show enough, and only there."""
+    every, meets = np.unique(margin), margin[met > 0.0]
+    limit = int(np.searchsorted(every, meets.min())) if len(meets) else len(every)
+    keep = limit < len(every) and shown(margin >= every[limit])
+    low, high = (limit, len(every)) if keep else (-1, limit)
+    while high - low > 1:
         middle = (low + high) // 2
-        x = np.where(margin < margin[order[middle]], weights, 0.0)
-        if _decided(*betting.gains(x, most, fail), wanted.confidence) == MET:
-            kept, low = middle, middle + 1
-        else:
-            high = middle
-    found = float(margin[order[kept]]) if kept >= 0 else float("nan")
-    return found if np.isfinite(found) else None
+        low, high = (middle, high) if shown(margin >= every[middle]) else (low, middle)
+    return float(every[low]) if low >= 0 and np.isfinite(every[low]) else None
 
 
 def looks(wanted: Wanted, met: np.ndarray, weights: np.ndarray | None = None, most: float | None = None) -> str | None:
@@ -241,14 +249,6 @@ def _tolerance(margin: np.ndarray, rule: _Rule) -> float | None:
     if place is None:
         return None
     found = float(-np.partition(-margin, place)[place])
-    return found if np.isfinite(found) else None
-
-
-def _weighted_tolerance(margin: np.ndarray, weights: np.ndarray, wanted: Wanted) -> float | None:
-    """The same of runs with weights."""
-    if not len(margin) or not weights.any():
-        return None
-    found = weighted.quantile(margin, weights, 1.0 - wanted.probability, 2.0 * wanted.confidence - 1.0).low
     return found if np.isfinite(found) else None
 
 

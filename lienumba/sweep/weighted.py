@@ -34,11 +34,16 @@ def effective(weights: np.ndarray) -> float:
     return float(weights.sum() ** 2 / (weights @ weights))
 
 
+def share(true: np.ndarray, weights: np.ndarray) -> float:
+    """By weight, of which part of the runs something is true (n,: 1 or 0): just 1, or 0, where of all, or of none."""
+    yes, no = float(weights[true > 0.0].sum()), float(weights[true <= 0.0].sum())
+    return yes / (yes + no)
+
+
 def runs_that_tell(true: np.ndarray, weights: np.ndarray) -> float:
     """How many runs without weights would know as well which part is true (n,: 1 or 0). Where all are alike, as many
     as if each weighed as much as the heaviest."""
-    total = float(weights.sum())
-    part = float(weights @ true) / total
+    total, part = float(weights.sum()), share(true, weights)
     if not 0.0 < part < 1.0:
         return total / float(weights.max())
     rest = weights * (true - part)
@@ -49,8 +54,7 @@ def proportion(true: np.ndarray, weights: np.ndarray, sure: float) -> Interval:
     """The part of all runs of which something is true (n,: 1 or 0)."""
     if not len(true) or not weights.any():
         return Interval(nan, 0.0, 1.0)
-    n = runs_that_tell(true, weights)
-    part = float(weights @ true) / float(weights.sum())
+    n, part = runs_that_tell(true, weights), share(true, weights)
     low, high = confidence.proportion(part * n, n, sure)
     return Interval(part, float(low), float(high))
 

@@ -7,6 +7,8 @@ from scipy import stats
 
 from lienumba.sweep import confidence, sequential
 from lienumba.sweep.samplers import SAMPLERS
+from lienumba.sweep.samplers.importance import Proposal, proposed
+from lienumba.sweep.samplers.streams import uniforms
 from lienumba.sweep.verdicts import MET, NOT_MET, OPEN, Verdict, Wanted, judge, looks, percent
 
 WANTED = Wanted("it holds", 0.99, 0.95)
@@ -71,6 +73,37 @@ def test_a_verdict_is_met_where_the_tolerance_bound_is_positive() -> None:
             margin = random.normal(2.5, 1.0, runs)
             found = judge(WANTED, (margin > 0).astype(float), margin, looked)
             assert (found.verdict == MET) == (found.margin is not None and found.margin > 0)
+
+
+@pytest.mark.parametrize("most", [None, 10.0], ids=["at the end", "on the way"])
+@pytest.mark.parametrize("limit", [1.2, 1.645, 2.4, 4.0])
+def test_runs_with_weights_have_one_answer_that_is_wrong_no_more_often_than_is_said(
+    limit: float, most: float | None
+) -> None:
+    """Of normal numbers 95 % are below 1.645: a margin to any limit that 95 % keep is known, and so is whether it is
+    met. Where no run fails, or only light ones do, both were asked of other numbers of runs."""
+    wanted, wrong, sweeps = Wanted("x", 0.95, 0.9), [], 200
+    margin_kept = limit - stats.norm.ppf(0.95)
+    for seed in range(sweeps):
+        u = {"x": uniforms("x", np.arange(300), seed)}
+        scores, w = proposed(u, {"x": Proposal(shift=2.5)}, np.arange(300), seed)
+        margin = limit - stats.norm.ppf(scores["x"])
+        found = judge(wanted, (margin > 0).astype(float), margin, most is not None, w, most)
+        assert (found.verdict == MET) == (found.margin is not None and found.margin > 0)
+        wrong.append(found.margin is not None and found.margin > margin_kept)
+    assert np.mean(wrong) < 0.1 + 3.0 * (0.1 * 0.9 / sweeps) ** 0.5
+
+
+def test_margins_of_runs_with_weights_follow_their_verdict() -> None:
+    """Where all meet it, few heavy runs tell too little of that, and light ones that miss a tighter limit tell more."""
+    margin, w = np.r_[np.full(30, 9.0), np.linspace(0.1, 8.0, 300)], np.r_[np.full(30, 10.0), np.full(300, 0.03)]
+    wanted = Wanted("x", 0.93, 0.9)
+    few = judge(wanted, np.ones(330), margin, False, w)
+    assert (few.verdict, few.margin) == (OPEN, None)
+    tighter = judge(wanted, (margin > 4.0).astype(float), margin - 4.0, False, w)
+    assert (tighter.verdict, tighter.margin > 0) == (MET, True)
+    between = judge(Wanted("x", 0.5, 0.9), np.ones(100), np.zeros(100), False, np.ones(100))
+    assert (between.verdict, between.margin) == (MET, 0.0)  # limits of `between` are good
 
 
 def test_runs_that_do_not_count_and_runs_without_a_value() -> None:
