@@ -199,14 +199,39 @@ def test_inputs_and_outputs_go_into_scipy_in_one_line() -> None:
         "quantities": [{"name": "swing", "type": "joint", "joint": "pivot"}],
     }  # fmt: skip
     ds = lienumba.linearise({"model": model, **SHORT}, outputs=["swing.angle", "swing.rate"])
-    assert ds.input.values.tolist() == ["forces.motor.value", "drivers.shake", "drivers.shake.acceleration"]
+    driven = [f"drivers.shake{derivative}" for derivative in ("", ".rate", ".acceleration")]
+    assert ds.input.values.tolist() == ["forces.motor.value", *driven]
     one = ds.isel(run=0, time=0)
     system = StateSpace(*(one[name].values for name in "ABCD"))
     inertia, s = J + M * A * A, 2.0j
     _, found = (None, one.C.values @ np.linalg.solve(s * np.eye(2) - one.A.values, one.B.values) + one.D.values)
     below = inertia * s * s + M * G * A
-    np.testing.assert_allclose(found[0], [1 / below, 0.0, M * A / below], rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(found[0], [1 / below, 0.0, 0.0, M * A / below], rtol=1e-12, atol=1e-15)
     assert system.A.shape == (2, 2)
+
+
+@pytest.mark.parametrize("between", ["ground", "cart"])
+@pytest.mark.parametrize("coordinates", ["lie", "joint"])
+def test_what_is_driven_has_three_columns_whether_they_act_or_not(between: str, coordinates: str) -> None:
+    """A mass on a spring to a cart that is driven: on a rail of its own it sees where the cart is and how it moves,
+    on one of the cart only how that accelerates."""
+    still = {"inertia": [0.1, 0.1, 0.1], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
+    bodies = [{"name": "cart", "mass": 1.0, **still}, {"name": "mass", "mass": 2.0, **still, "position": [1, 0, 0]}]
+    slide = {"type": "prismatic", "at": [0, 0, 0], "axis": [1, 0, 0]}
+    joints = [
+        {"name": "rail", "bodies": ["ground", "cart"], **slide},
+        {"name": "own", "bodies": [between, "mass"], **slide},
+    ]
+    spring = {
+        "name": "spring", "type": "spring_damper", "bodies": ["cart", "mass"], "points": [[0, 0, 0]] * 2,
+        "stiffness": 100.0, "damping": 1.0, "free_length": 1.0,
+    }  # fmt: skip
+    driver = {"name": "shake", "joint": "rail", "value": "0*t"}
+    model = {"bodies": bodies, "joints": joints, "forces": [spring], "drivers": [driver]}
+    system = lienumba.linearise({"model": model, **SHORT}, overrides={"integrator.coordinates": coordinates})
+    assert system.input.values.tolist() == [f"drivers.shake{x}" for x in ("", ".rate", ".acceleration")]
+    expected = [0.0, 0.0, -1.0] if between == "cart" else [50.0, 0.5, 0.0]
+    np.testing.assert_allclose(system.B.isel(run=0, time=0).values[1], expected, rtol=1e-12, atol=1e-12)
 
 
 def test_inputs_and_outputs_go_into_control_by_the_line_of_the_documents() -> None:

@@ -1,6 +1,7 @@
 """`lienumba.linearise`: the linear system of every run, as a labelled dataset."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -49,7 +50,8 @@ def linearise(
         Times in s, from 0 to the end.
     inputs : sequence of str, optional
         Numbers of forces and what drivers prescribe, such as "forces.motor.value" or "drivers.crank"; by default every
-        formula of a force, and all drivers. Of what is driven also the rate and the acceleration are inputs.
+        formula of a force, and all drivers. Of what is driven also the rate and the acceleration are inputs, whether
+        they act or not.
     outputs : sequence of str, optional
         Quantities; by default all that need no more than positions and velocities.
     rotation : three floats
@@ -96,16 +98,14 @@ def linearise(
     if names_x is None:
         raise ScenarioError("no run is there at these times: the runs fail before; see their status with lienumba run")
     dims = {"A": ("state", "by_state"), "B": ("state", "input"), "C": ("output", "by_state"), "D": ("output", "input")}
-    ds = asked.dataset(
+    columns = [n for n, x in enumerate(product(added, DERIVATIVES)) if x[0].kind == "drivers" or not x[1]]
+    return asked.dataset(
         SYSTEMS,
         {name: (("run", "time", *dims[name]), x, {"long_name": LONG[name]}) for name, x in whole.items()}
         | asked.origins(origins, tracer, prepared),
         {"time": asked.times, "state": names_x, "by_state": names_x, "input": names_u, "output": seen},
         rotation=list(map(float, rotation)),
-    )
-    acts = np.nansum(np.abs(ds["B"].values), axis=(0, 1, 2)) + np.nansum(np.abs(ds["D"].values), axis=(0, 1, 2))
-    kept = [n for n, x in enumerate(acts) if x != 0.0 or n % len(DERIVATIVES) == 0]  # forces see no derivatives
-    return ds.isel(input=kept)
+    ).isel(input=columns)  # forces see no derivatives
 
 
 LONG = {
