@@ -155,7 +155,7 @@ def _unknown(loc: Loc, raw: object) -> Problem:
         return Problem(
             path, "", f"leave it out (it belongs to {belongs})", verb=f"has no meaning for {_kind(kind, form)}"
         )
-    if nearest(key, known, VERY_SIMILAR) is None:
+    if nearest(key, known, VERY_SIMILAR) is None and loc[:2] != ("sweep", "vary"):  # a distribution has its own keys
         for word in (key, *ALIASES.get(key, "").split()):
             for names, other in sorted(sections.SECTIONS.items(), key=lambda item: len(item[0])):
                 if word in other.model_fields and "*" not in names and names:

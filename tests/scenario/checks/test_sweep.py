@@ -45,6 +45,16 @@ CASES = {
         sweep('"bodies.top.mass" = { distribution = "lognormal", sgima = 0.1, sigma = 0.1 }'),
         'sweep.vary."bodies.top.mass".sgima is not a known key; the nearest known name is "sigma"',
     ),
+    "a key of noise": (
+        sweep('"bodies.top.mass" = { distribution = "lognormal", std = 0.1, sigma = 0.1 }'),
+        'sweep.vary."bodies.top.mass".std is not a known key; known here are "relative", "distribution", "median", '
+        '"sigma"',
+    ),
+    "a key of the output": (
+        sweep('"bodies.top.mass" = { distribution = "uniform", low = 1, high = 2, every = 0.1 }'),
+        'sweep.vary."bodies.top.mass".every is not a known key; known here are "relative", "distribution", "low", '
+        '"high"',
+    ),
     "missing key": (
         sweep('"bodies.top.mass" = { distribution = "lognormal" }'),
         'sweep.vary."bodies.top.mass".sigma is missing; give the standard deviation of the logarithm, 0 or above',
