@@ -74,7 +74,9 @@ def compare(
     one, other = _paired(first, second)
     sampled = counted(one) & counted(other)
     names = [output] if isinstance(output, str) else list(output)
-    chosen = names or [name for name in outputs.default_outputs(one) if name in set(outputs.default_outputs(other))]
+    own, theirs = ([] if names else outputs.default_outputs(ds) for ds in (one, other))
+    shared = [name for name in own if name in set(theirs)]
+    chosen, left_out = names or shared[: outputs.MOST], shared[outputs.MOST :]
     if not names:
         chosen = [*(f"{MET}.{name}" for name in _in_both(first, second)), *chosen]
         chosen = [*chosen, FAILED] if (one["status"].values != other["status"].values).any() else chosen
@@ -97,7 +99,7 @@ def compare(
         "runs": int(sampled.sum()),
         "changes": "\n".join(_changes(first, second)),
         "verdicts": "\n".join(_verdicts(first, second)),
-        "notes": "\n".join(_notes(first, second, one, other, sampled)),
+        "notes": "\n".join([*_notes(first, second, one, other, sampled), *_untold(left_out)]),
     }
     return xr.Dataset(data, coordinates, attributes)
 
@@ -231,6 +233,13 @@ def _notes(
         varied = sorted(set(own) - set(others))
         if varied:
             yield f"varied in the {which} alone: {', '.join(varied[:6])}" + (", ..." if varied[6:] else "")
+
+
+def _untold(names: Sequence[str]) -> Iterator[str]:
+    """That outputs were chosen, if some were not."""
+    if names:
+        count = plural(len(names), "other output that both have is", "other outputs that both have are")
+        yield f"{count} left out; ask for them by name, such as {names[0]}"
 
 
 def _changes(first: xr.Dataset, second: xr.Dataset) -> Iterator[str]:

@@ -85,6 +85,17 @@ def test_an_output_that_one_has_not_is_told():
         compare(design(z=X), design(), "z")
 
 
+def test_how_many_outputs_are_left_out_is_told():
+    many = {f"out{n}": X + n for n in range(9)}
+    one, other = design(**many), design(offset=1.0, **many, alone=X)
+    found = compare(one, other)
+    assert found.output.values.tolist() == ["y", *(f"out{n}" for n in range(5))]
+    told = "4 other outputs that both have are left out; ask for them by name, such as out5"
+    assert found.attrs["notes"].split("\n")[-1] == told
+    assert "left out" not in compare(one, other, ["y", "out8"]).attrs["notes"]
+    assert "left out" not in compare(design(), design(offset=1.0)).attrs["notes"]
+
+
 def test_the_command_says_it_and_writes_it(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     design().to_netcdf("a.nc")

@@ -191,7 +191,7 @@ def _worst(ds: xr.Dataset) -> Iterator[Panel]:
 
 def _results(ds: xr.Dataset) -> Iterator[Panel]:
     """What each run came to, if not all to the same: one number to a panel, at the last time, or once in a run."""
-    for output in outputs.read(ds, outputs.default_outputs(ds), None, good_runs(ds)):
+    for output in outputs.read(ds, outputs.default_outputs(ds)[: outputs.MOST], None, good_runs(ds)):
         values = output.values[np.isfinite(output.values)]
         if output.of is not None and len(values) and np.ptp(values) > ROUNDING * output.scale:
             panel = next(_panels(ds[output.of.variable], [output.of]))

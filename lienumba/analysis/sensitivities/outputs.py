@@ -61,7 +61,7 @@ def read(ds: xr.Dataset, names: Sequence[str], time: float | None, sampled: np.n
     good = ds[STATUS].isin(GOOD).values & sampled
     asked = [found for name in names for found in _find(name, every)]
     if not names:
-        asked = _default_outputs(every, time)
+        asked = _default_outputs(every, time)[:MOST]
         failed = every.every[FAILED]
         asked += [failed] if time is None and good.any() and not good[sampled].all() and failed.kind == OUTCOME else []
     for variable, wanted in by_variable(asked).items():
@@ -93,7 +93,7 @@ def _timeless(name: str, time: float) -> ScenarioError:
 
 
 def default_outputs(ds: xr.Dataset) -> list[str]:
-    """The names of the outputs that say most."""
+    """The names of the outputs that say most, those that say it first."""
     return [x.name for x in _default_outputs(known(ds), None)]
 
 
@@ -115,7 +115,7 @@ def _default_outputs(every: Names, time: float | None) -> list[Name]:
         own = [x for x in names if x.variable == (where or [names[0].variable])[0]][-3:] if names else []
     if not own:
         raise ScenarioError("the dataset has no variable of runs to analyse; store one, such as a quantity")
-    return own[:MOST]
+    return own
 
 
 def _stored(variable: xr.DataArray, time: float | None) -> int:
