@@ -175,6 +175,45 @@ def _goes_on(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
     return slips
 
 
+@inlined
+def _static(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, static: bool) -> None:
+    """A switch that rests has its static friction, or its kinetic one."""
+    p = r.problem
+    if p.law[switch] == BOUNDED:
+        effort = layout.STATIC_EFFORT if static else layout.KINETIC_EFFORT
+        p.bound[switch] = number(rows, first, sizes, lane, switch, effort)
+    else:
+        p.friction[switch] = number(rows, first, sizes, lane, switch, layout.STATIC if static else layout.KINETIC)
+
+
+@apart
+def _stay(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, largest: float) -> bool:
+    """Of what has kinetic friction since it slipped beside others some may rest with these slipping, of which one is
+    found; returns whether it is."""
+    p, many = r.problem, 0
+    for s in range(sizes.switches):
+        many += 1 if _is_eased(r, rows, first, sizes, lane, s) and _slips(r, s, largest) else 0
+    for s in range(sizes.switches if many > 1 else 0):
+        if _is_eased(r, rows, first, sizes, lane, s) and _slips(r, s, largest):
+            _static(r, rows, first, sizes, lane, s, True)
+            if solve(p) == SOLVED and not _slips(r, s, largest):
+                return True
+            _static(r, rows, first, sizes, lane, s, False)
+            solve(p)
+    return False
+
+
+@inlined
+def _is_eased(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) -> bool:
+    """Whether what rests has less friction than its static one."""
+    p, now, static = r.problem, 0.0, 0.0
+    if p.law[switch] == BOUNDED:
+        now, static = p.bound[switch], number(rows, first, sizes, lane, switch, layout.STATIC_EFFORT)
+    if p.law[switch] == PRESSES and p.switches[switch, SWITCH_TANGENTS] > 0:
+        now, static = p.friction[switch], number(rows, first, sizes, lane, switch, layout.STATIC)
+    return now < static
+
+
 @apart
 def _begin(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, largest: float) -> bool:
     """What was at rest begins to slide, along its acceleration, once everything that begins has its kinetic friction;
@@ -189,6 +228,8 @@ def _begin(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, 
                 p.friction[s], less = kinetic, True
             if p.law[s] == BOUNDED and p.bound[s] > effort:
                 p.bound[s], less = effort, True
+    if not less and _stay(r, rows, first, sizes, lane, largest):
+        return True
     for s in range(0 if less else sizes.switches):
         rests = (p.law[s] == PRESSES or p.law[s] == BOUNDED) and p.switches[s, SWITCH_TANGENTS] > 0
         pressed = _stays(r, s, largest)
