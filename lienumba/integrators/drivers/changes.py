@@ -91,7 +91,7 @@ def change(
     plan: Plan, end: float, step: float, table: Rows, limit: int, tolerance: float,
 ) -> None:  # fmt: skip
     """Change the runs that are CHANGED, at their time T and state. Afterwards these have other modes, velocities and
-    conditions, or a status. step: of explicit steps of given length, else 0."""
+    conditions, or a status. step: of given length, but by collocation; else 0."""
     x, p, lanes, switched = at.state, at.parameters, at.lanes, sizes.switches > 0
     forces = False
     for s in range(sizes.switches):

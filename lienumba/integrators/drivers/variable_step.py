@@ -91,14 +91,14 @@ def _next_runs(
         store(at.clock, layout.TIME, splat(0.0))
         call(kernels[layout.SAMPLE], at.state, at.parameters, at.clock, 0, at.new, at.work)
         commit(load(at.lanes, FRESH) != 0.0, at.state, at.new, layout.element_rows(sizes))
-    explicit = pace[STEP] if kernels[layout.NEWTON] == 0 else 0.0
+    step = pace[STEP] if kernels[layout.NEWTON] == 0 or sizes.history > 0 else 0.0  # but for collocation
     if layout.conditions(sizes) > 0:
         if sizes.switches > 0:
             start_switches(kernels, sizes, at)
-            change(kernels, sizes, at, first, rows, runs, queue, plan, pace[END], explicit, table, limit, tolerance)
+            change(kernels, sizes, at, first, rows, runs, queue, plan, pace[END], step, table, limit, tolerance)
         start_events(kernels, sizes, at, first, rows, runs, queue, plan)
         if any_lane(load(at.lanes, CHANGED) != 0.0):
-            change(kernels, sizes, at, first, rows, runs, queue, plan, pace[END], explicit, table, limit, tolerance)
+            change(kernels, sizes, at, first, rows, runs, queue, plan, pace[END], step, table, limit, tolerance)
     if sizes.kept > 0:
         begin_measures(kernels, sizes, at, first, rows, plan)
     for lane in range(W):
@@ -266,7 +266,7 @@ def drive(
     lanes, total, fresh, done = at.lanes, runs.statuses.shape[0] * W, True, 0
     for lane in range(W):
         rows[first.lanes + BUSY, lane] = 0.0
-    explicit = pace[STEP] if kernels[layout.NEWTON] == 0 else 0.0
+    step = pace[STEP] if kernels[layout.NEWTON] == 0 or sizes.history > 0 else 0.0  # but for collocation
     while True:
         if stop[0] != 0:
             return
@@ -327,7 +327,7 @@ def drive(
         if any_lane(ended):
             keep_ends(at, first, sizes, rows, runs, queue, outputs, ended)
         if layout.conditions(sizes) > 0 and any_lane(load(lanes, CHANGED) != 0.0):
-            change(kernels, sizes, at, first, rows, runs, queue, plan, pace[END], explicit, table, limit, tolerance)
+            change(kernels, sizes, at, first, rows, runs, queue, plan, pace[END], step, table, limit, tolerance)
         if pace[STEP] == 0.0:
             lose_patience(lanes, given, pace[END])
         over = given & ((load(lanes, STATUS) != 0.0) | (load(lanes, T) >= pace[LAST]))

@@ -64,9 +64,9 @@ def events(tracer: Tracer) -> Kernel:
         turns = any(switch.tangents > 1 for switch in tracer.augmented.switches)
         if turns:
             accelerations = tracer.observed(model, posture, mask, expected)[0]
-        explicit = not (tracer.method.adaptive or tracer.tableau.implicit)
-        step = graph.input("clock", layout.LENGTH) if explicit else 0.0
-        S = tracer.border(model, posture, mask, expected)[0] if turns and explicit else []
+        given = not tracer.method.adaptive and (tracer.tableau.carries or not tracer.tableau.implicit)
+        step = graph.input("clock", layout.LENGTH) if given else 0.0
+        S = tracer.border(model, posture, mask, expected)[0] if turns and given else []
         outputs += turning.conditions(model, posture.now, multipliers, accelerations or [], used, S, step)
         pushing = turning.pushing(model, posture.now, multipliers)
     else:

@@ -158,3 +158,32 @@ def test_series_that_begin_next_to_rest_have_steps_as_short(tolerance: float, co
     np.testing.assert_array_equal(series["status"], 0)
     np.testing.assert_allclose(series["position"], steps["position"], rtol=0, atol=max(20 * tolerance, 1e-9))
     assert abs(series["energy_residual"]).max() < 1e-7
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_balls_roll_by_steps_of_generalized_alpha(seed: int) -> None:
+    """They slide in two directions until they roll: next to that stages have no solution that iterations find."""
+    R = Rotation.random(random_state=seed)
+    ball = {
+        "name": "b", "mass": 0.5, "inertia": [0.002, 0.0022, 0.0025], "position": R.apply([0, 0, 0.1]).tolist(),
+        "rotation": [1, 0, 0, 0], "velocity": R.apply([1, 0.5, 0]).tolist(), "angular_velocity": [3.0, -2, 1],
+    }  # fmt: skip
+    floor = {
+        "name": "w", "type": "sphere_plane", "bodies": ["b", "ground"], "points": [[0, 0, 0], [0, 0, 0]], "radius": 0.1,
+        "normal": R.apply([0, 0, 1]).tolist(), "friction": 0.2,
+    }  # fmt: skip
+    spins = {f"bodies.b.angular_velocity[{i}]": {"distribution": "uniform", "low": -10, "high": 10} for i in range(3)}
+    rough = {"contacts.w.friction": {"distribution": "uniform", "low": 0.05, "high": 0.8}}
+    data = {
+        "model": {"gravity": R.apply([1, 0, -9.81]).tolist(), "bodies": [ball], "contacts": [floor]},
+        "output": {"every": 0.05},
+        "sweep": {"runs": 40, "seed": seed, "vary": spins | rough},
+    }
+    exact = lienumba.run({**data, "integrator": {"method": "dop853", "tolerance": 1e-11, "end_time": 1.0}})
+    errors = []
+    for step in (5e-3, 2.5e-3, 1.25e-3):
+        ds = lienumba.run({**data, "integrator": {"method": "generalized_alpha", "step": step, "end_time": 1.0}})
+        assert (ds.status == 0).all()
+        errors.append(float(abs(ds.position - exact.position).max(["time", "body", "axis"]).median()))
+    assert errors[0] < 2e-4
+    assert np.log2(errors[0] / errors[2]) / 2 > 1.7

@@ -85,8 +85,8 @@ def _stays(r: Reactions, switch: int, largest: float) -> bool:
 
 @apart
 def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, step: float) -> int:
-    """How every switch goes on, to the state; see `complementarity`. step: of explicit steps of given length (s),
-    else 0."""
+    """How every switch goes on, to the state; see `complementarity`. step: of given length (s), but by
+    collocation; else 0."""
     p, largest = r.problem, 0.0
     may_act(r, rows, first, sizes, lane, True)
     for i in range(sizes.switched):

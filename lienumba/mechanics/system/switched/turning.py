@@ -34,7 +34,7 @@ def conditions(
     """Two numbers of each switch, true where above 0. The first: what is closed is pulled, what is open overlaps. The
     second: what sticks is pushed by more than it holds, or, where others hold it, moved by these (m/s or rad/s), what
     slides slides back or creeps, what is open opens further (m/s). Gaps are relative to their lengths. accelerations:
-    of all bodies (6 k); mask: of all rows of C; S: see `border`, and step (s): of explicit steps of given length."""
+    of all bodies (6 k); mask: of all rows of C; S: see `border`, and step (s): of given length, but by collocation."""
     first, lengths = constraints.permanent_rows(model), scales.lengths(model, now)
     gaps, rates = constraints.residual(model, now)[first:], constraints.rates(model, now)[first:]
     everything, speeds = (
