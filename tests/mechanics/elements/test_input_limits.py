@@ -96,6 +96,35 @@ def test_what_starts_at_a_limit_stays_there_while_its_rate_leads_beyond() -> Non
     np.testing.assert_allclose(ds["inputs.motor"], expected, rtol=0, atol=1e-13)
 
 
+@pytest.mark.parametrize("high", [1.0, 1e9, 1e30])
+def test_a_limit_that_is_none_changes_nothing(high: float) -> None:
+    ds = lienumba.run(at_hinge("inputs.motor").input("motor", rate="-cos(4*t)", limits=[0, high], start=0.1)).isel(
+        run=0
+    )
+    t, reached, back = ds.time.values, np.arcsin(0.4) / 4, np.pi / 8
+    expected = np.where(t < reached, 0.1 - np.sin(4 * t) / 4, np.where(t < back, 0.0, (1 - np.sin(4 * t)) / 4))
+    np.testing.assert_allclose(ds["inputs.motor"], expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("high", [1.0, 1e9])
+def test_what_starts_outside_its_limits_starts_at_one(high: float) -> None:
+    ds = lienumba.run(at_hinge("inputs.motor").input("motor", rate="0.4", limits=[0, high], start=-5)).isel(run=0)
+    np.testing.assert_allclose(ds["inputs.motor"], 0.4 * ds.time, rtol=0, atol=1e-12)
+
+
+def test_limits_that_are_equal_touch_or_cross() -> None:
+    def moved(*limits: Any) -> Any:
+        ds = lienumba.run(at_hinge("inputs.motor").input("motor", rate="cos(4*t)", limits=list(limits))).isel(run=0)
+        return ds.time.values, ds["inputs.motor"].values
+
+    assert (moved(0.3, 0.3)[1] == 0.3).all()
+    t, x = moved("0.3*cos(3*t) - 0.3", 0.0)
+    assert x.max() <= 0.0
+    assert (x >= 0.3 * np.cos(3 * t) - 0.3 - 1e-12).all()
+    t, x = moved("0.4*t - 0.3", 0.3)
+    np.testing.assert_allclose(x[t > 1.5], 0.4 * t[t > 1.5] - 0.3, rtol=0, atol=1e-12)  # the lower one
+
+
 def test_limits_that_an_event_sets_hold_from_then_on() -> None:
     system = at_hinge("inputs.motor").input("motor", rate="1", limits=[-1, "most"])
     system.parameter("most", 0.3).event("raised", "t > 0.8", action="set", parameters={"most": 0.7})

@@ -21,12 +21,13 @@ from lienumba.mechanics.mechanism.kinematics import Instant, View, moving, still
 from lienumba.mechanics.mechanism.model import HELD, Event, Law, Model, Quantity
 from lienumba.numerics.expressions import Formula
 from lienumba.numerics.jets import lift
-from lienumba.numerics.operations import minimum, where
+from lienumba.numerics.operations import absolute, minimum, where
 
 ABOVE, BELOW = "above", "below"  # by how much x is beyond its upper limit, and beyond its lower one
+OVER, UNDER, OFF, CLEAR = "over", "under", "off", "clear"  # by how much it is so, or off either one, but for rounding
 UP, DOWN = "up", "down"  # how fast its rate would lead beyond them
 SHIFT, BACK = "shift", "back"  # the held number, and what it is with x within the limits
-APART, INSIDE = 1e-6, 1e-14  # of the width of the limits: what is off a limit, and where what is let go begins
+APART = 1e-6  # of a limit, and of how far a rate leads beyond it in 1 s: the error of what follows it
 
 
 class StateInput(InputType):
@@ -78,9 +79,17 @@ class StateInput(InputType):
             assert limits is not None
             x = state + _held(model, quantity, view, SHIFT)
             if component == BACK:
-                room = INSIDE * (limits[1] - limits[0])
-                return within((limits[0] + room, limits[1] - room), x) - state
+                return within(limits, x) - state
             return x - limits[1] if component == ABOVE else limits[0] - x
+        if component in (OVER, UNDER, OFF, CLEAR):
+            limits = cls.limits_of(model, quantity, view)
+            assert limits is not None
+            upper = component in (OVER, OFF)
+            beyond, leads = (
+                cls.number(model, quantity, x, view, observed) for x in ((ABOVE, UP) if upper else (BELOW, DOWN))
+            )
+            apart = APART * (absolute(limits[1] if upper else limits[0]) + absolute(leads))
+            return (beyond if component in (OVER, UNDER) else -beyond) - apart
         return super().number(model, quantity, component, view, observed)
 
     @classmethod
@@ -124,26 +133,27 @@ def _follows(model: Model, quantity: Quantity) -> bool:
 
 
 def _stopping(name: str, place: int) -> tuple[Event, Event]:
-    """What stops the input of this name at a limit, and lets it go on; place: of its first number among held ones."""
-    above, below, up, down, back = (joined(name, x) for x in (ABOVE, BELOW, UP, DOWN, BACK))
-    at, width = joined(HELD, name), f"(-{above} - {below})"
+    """What stops the input of this name at a limit, and lets it go on; place: of its first number among held ones.
+    Where limits cross, x is the lower one."""
+    own = {x: joined(name, x) for x in (ABOVE, BELOW, OVER, UNDER, OFF, CLEAR, UP, DOWN, BACK)}
+    at = joined(HELD, name)
 
     def law(text: str, *names: str, condition: bool = False) -> Law:
-        return Law(Formula(text, frozenset(names), condition=condition), {}, names)
+        read = (at, *(own[x] for x in names)) if condition else tuple(own[x] for x in names)
+        return Law(Formula(text.format(at=at, **own), frozenset(read), condition=condition), {}, read)
 
-    def beyond(by: str, leads: str) -> str:
-        free = f"where({at} > 0 or {at} < 0, -1, {by})"
-        return f"({free} >= 0 and {leads} > 0) or {by} > {APART}*{width}"
-
-    def leaves(by: str, leads: str) -> str:
-        return f"where({by} < -{APART}*{width}, 1, -{leads})"
-
-    reaches = law(f"{beyond(above, up)} or {beyond(below, down)}", at, above, below, up, down, condition=True)
-    text = f"where({at} > 0, {leaves(above, up)}, where({at} < 0, {leaves(below, down)}, -1)) > 0"
-    goes_on = law(text, at, above, below, up, down, condition=True)
-    which, shift = law(f"where({above} > {below}, 1, -1)", above, below), (place + 1, law(back, back))
+    free = "where({{at}} > 0 or {{at}} < 0, -1, {{{}}}) > 0 and {{{}}} > 0"
+    reaches = f"({free.format(ABOVE, UP)}) or ({free.format(BELOW, DOWN)}) or {{{OVER}}} > 0 or {{{UNDER}}} > 0"
+    leaves = (
+        f"where({{at}} > 0, where({{{OFF}}} > 0, 1, -{{{UP}}}), where({{at}} < 0 and {{{ABOVE}}} + {{{BELOW}}} <= 0, "
+        f"where({{{CLEAR}}} > 0, 1, -{{{DOWN}}}), -1)) > 0"
+    )
+    which = law("where({above} + {below} <= 0, where({above} > {below}, 1, -1), -1)", ABOVE, BELOW)
+    limited = law(reaches, ABOVE, BELOW, OVER, UNDER, UP, DOWN, condition=True)
+    goes_on = law(leaves, ABOVE, BELOW, OFF, CLEAR, UP, DOWN, condition=True)
+    shift = (place + 1, law("{back}", BACK))
     return (
-        Event(joined(name, "limited"), reaches, False, action=SET.name, values=((place, which), shift)),
+        Event(joined(name, "limited"), limited, False, action=SET.name, values=((place, which), shift)),
         Event(joined(name, "free"), goes_on, False, action=SET.name, values=((place, 0.0), shift)),
     )
 
