@@ -25,11 +25,12 @@ def lend(r: Reactions, largest: float) -> None:
     for s in range(p.law.size):
         r.lent[s] = 0.0
         some = some or p.law[s] == BOUNDED
-        rough = rough or (_presses(p, s, largest) and p.switches[s, SWITCH_TANGENTS] > 0)
-    if not some or not _left_out(r, largest):
-        return
     for i in range(p.free.size):
         p.given[i] = p.x[i]
+    if not some or not _left_out(r, largest):
+        return
+    for s in range(p.law.size):
+        rough = rough or (_presses(p, s, largest) and p.switches[s, SWITCH_TANGENTS] > 0)
     if not rough:  # stops that would pull may open instead
         lift(r, float(BARE))
         lift(r, float(DRY))
@@ -69,7 +70,8 @@ def _left_out(r: Reactions, largest: float) -> bool:
 
 @inlined
 def _presses(p: Problem, switch: int, largest: float) -> bool:
-    return p.law[switch] >= PRESSES and p.x[p.switches[switch, SWITCH_FIRST]] > SLIGHT * largest
+    """With the forces that were given."""
+    return p.law[switch] >= PRESSES and p.given[p.switches[switch, SWITCH_FIRST]] > SLIGHT * largest
 
 
 @apart
@@ -147,7 +149,7 @@ def _center(p: Problem, N: Floats2, largest: float) -> None:
     first: x may lie on some."""
     q, soft, most = p.free.size, 1.0, 0.0
     for s in range(p.law.size):
-        if _pressed(p, s, largest):
+        if _presses(p, s, largest):
             most = max(most, p.given[p.switches[s, SWITCH_FIRST]])
     most = most if most > 0.0 else largest
     for _ in range(SOFTENINGS):
@@ -175,12 +177,6 @@ def _center(p: Problem, N: Floats2, largest: float) -> None:
 
 
 @inlined
-def _pressed(p: Problem, switch: int, largest: float) -> bool:
-    """As it was given."""
-    return p.law[switch] >= PRESSES and p.given[p.switches[switch, SWITCH_FIRST]] > SLIGHT * largest
-
-
-@inlined
 def _rubs(p: Problem, switch: int) -> bool:
     return p.law[switch] == PRESSES and p.switches[switch, SWITCH_TANGENTS] == 2 and p.friction[switch] > 0.0
 
@@ -195,7 +191,7 @@ def _room(p: Problem, soft: float, most: float, largest: float) -> float:
         if p.law[s] == BOUNDED and p.bound[s] > 0.0:
             part = p.x[row] / ((1.0 + soft) * p.bound[s])
             room *= max(1.0 - part * part, 0.0)
-        if _pressed(p, s, largest):
+        if _presses(p, s, largest):
             normal = p.x[row] + soft * most
             room *= max(normal, 0.0) / most
             if _rubs(p, s):
@@ -219,7 +215,7 @@ def _to_center(p: Problem, N: Floats2, soft: float, most: float, largest: float)
             limit = (1.0 + soft) * p.bound[s]
             _add(p, N, row, -1.0 / (limit - p.x[row]))
             _add(p, N, row, 1.0 / (limit + p.x[row]))
-        if _pressed(p, s, largest):
+        if _presses(p, s, largest):
             _add(p, N, row, 1.0 / (p.x[row] + soft * most))
             if _rubs(p, s):
                 limit, x, y = mu * (p.x[row] + soft * most), p.x[row + 1], p.x[row + 2]
