@@ -25,9 +25,10 @@ PLAIN, WEIGHTED, QUADRATURE, ASKED = "plain", "weighted", "quadrature", "asked" 
 SLIGHT = 1e-12  # a root below this is 0 but for rounding
 LONGEST = 4  # products that are summed together
 JUMPS = (*COMPARISONS, "power_of_two", "gather")  # constant but where they jump
+# Where both of a sum are products, the second one is fused: so the fused one stands there again.
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": operations.divide,
-    "fma": lambda a, b, c: a * b + c, "fms": lambda a, b, c: a * b - c, "fnma": lambda a, b, c: c - a * b,
+    "fma": lambda a, b, c: c + a * b, "fms": lambda a, b, c: a * b - c, "fnma": lambda a, b, c: c - a * b,
     "neg": lambda a: -a, "<": lambda a, b: a < b, "<=": lambda a, b: a <= b, "==": lambda a, b: a == b,
     "sqrt": operations.sqrt, "sin": operations.sin, "cos": operations.cos, "exp": operations.exp,
     "log": operations.log, "tanh": operations.tanh, "atan2": operations.atan2, "where": operations.where,

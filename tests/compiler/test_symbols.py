@@ -5,6 +5,7 @@ import operator
 import numpy as np
 import pytest
 
+from lienumba.compiler.derivatives import replayed
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph, Symbol, live, operation_counts
 from lienumba.numerics import operations
@@ -162,6 +163,14 @@ def test_what_was_recorded_before_cannot_change_what_is_computed():
 
     for crowd in (1, 2, 3):
         assert_same_bits(interpret(trace(crowd), **given), interpret(trace(0), **given))
+
+
+def test_what_is_computed_again_has_the_same_bits():
+    """A recorded graph on another one's symbols: also where sums are of products, of which one is rounded first."""
+    given = {"state": numbers(5, 7), "parameters": numbers(4, 8), "clock": numbers(2, 9)}
+    for seed in range(12):
+        values = tuple(RandomGraph(seed).grow(150))
+        assert_same_bits(interpret(tuple(replayed(values, Graph().input)), **given), interpret(values, **given))
 
 
 # ---------------------------------------------------------------- branching

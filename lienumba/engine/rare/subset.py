@@ -19,7 +19,8 @@ def subset(margins: Margins, dimensions: int, runs: int, seed: int, confidence: 
     conditional sampling (I. Papaioannou et al., ibid. 41 (2015) 89). Several independent ones of `runs` runs in a level
     each; the interval is Student's of their logarithms, since neighbours in a chain are too alike for any other. Few
     may agree by chance: they are taken to scatter at least as they would if their runs were independent. Where enough
-    runs fail without any level, these are independent, and the interval is Clopper's and Pearson's."""
+    runs fail without any level, these are independent, and the interval is Clopper's and Pearson's; so it is of the
+    runs of the first levels where none fails."""
     each = max(runs // REPLICAS, 10)
     ends = [_subset(margins, dimensions, each, np.random.default_rng([seed, replica])) for replica in range(REPLICAS)]
     found, taken = [x.probability for x in ends], sum(x.taken for x in ends)
@@ -29,8 +30,8 @@ def subset(margins: Margins, dimensions: int, runs: int, seed: int, confidence: 
     elif mean > 0.0:
         logarithms, least = np.log(np.maximum(found, LEVEL**LEVELS)), float(np.mean([x.variance for x in ends]))
         low, high = around(mean, float(half_width(max(logarithms.std(ddof=1), sqrt(least)), REPLICAS, confidence)))
-    else:  # none of the runs of the last levels
-        low, high = 0.0, max(x.reached * float(proportion(0, x.runs, confidence)[1]) for x in ends)
+    else:  # levels say nothing of what they never came to; their first ones are plain runs
+        low, high = 0.0, float(proportion(0, REPLICAS * each, confidence)[1])
     return Estimate("subset", mean, low, high, confidence, taken, np.empty((0, dimensions)), np.empty(0))
 
 
