@@ -19,8 +19,7 @@ from lienumba.analysis.weights import weights_of, weights_told
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.paths import PLACES
 from lienumba.store.form import scenario_tables
-from lienumba.store.layout import MET
-from lienumba.store.names import FAILED
+from lienumba.store.layout import FAILED, MET
 from lienumba.store.study_layout import is_study
 from lienumba.sweep import weighted
 from lienumba.sweep.confidence import half_width, proportion

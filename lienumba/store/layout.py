@@ -138,9 +138,13 @@ COORDINATES = {
 SAID_OF = {"coordinate_units": "coordinate", "requirement_units": "requirement"}
 
 
+FAILED = "failed"  # 1 or 0 of each run, as its status says
+
+
 def is_taken(name: object) -> bool:
-    """Whether the dataset has a variable or a coordinate of this name, whatever a scenario calls its own."""
-    return name in VARIABLES or name in COORDINATES
+    """Whether the dataset has a variable, a coordinate or another number of this name, whatever a scenario calls its
+    own."""
+    return name in VARIABLES or name in COORDINATES or name == FAILED
 
 
 def dataset(

@@ -16,14 +16,14 @@ from lienumba.errors import BadValueError, ScenarioError
 from lienumba.mechanics.system.joint_coordinates import UNITS
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.store.form import scenario_tables
-from lienumba.store.layout import FULL, MARGIN, RUN, SAID_OF, VARIABLES
+from lienumba.store.layout import FAILED, FULL, MARGIN, RUN, SAID_OF, VARIABLES
 from lienumba.words import ALIKE, listed, near, show, suggestion
 
 if TYPE_CHECKING:
     import xarray as xr
 
 NOT_OF_A_NAME = (*RUN, FULL, "time")  # dimensions
-FAILED, STATUS = "failed", "status"
+STATUS = "status"
 LAST, AT_EVENTS = "last_", "event_"  # of the names of what each run has once, or once for each event
 
 # Kinds of names, as messages call them.

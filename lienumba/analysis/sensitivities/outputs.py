@@ -16,10 +16,9 @@ import xarray as xr
 
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
-from lienumba.store.layout import FULL, MET, VARIABLES
+from lienumba.store.layout import FAILED, FULL, MET, VARIABLES
 from lienumba.store.names import (
     COURSE,
-    FAILED,
     INPUT,
     LAST,
     OUTCOME,

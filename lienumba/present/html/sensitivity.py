@@ -16,7 +16,7 @@ from lienumba.analysis.text_table import NONE
 from lienumba.errors import ScenarioError
 from lienumba.present.html.chart import Json, Section, packed, section
 from lienumba.present.html.markup import Markup, element, sentence, text_table
-from lienumba.store.names import FAILED
+from lienumba.store.layout import FAILED
 
 MOST_POINTS = 1500  # of the scatter
 MOST_NUMBERS = 40_000  # of all columns together

@@ -53,7 +53,7 @@ QUANTITIES = {
             rig(point(name=name)),
             f'quantities.{name}.name = "{name}": the dataset has a variable of this name already; give another name',
         )
-        for name in ("position", "energy_residual", "status", "time", "axis")
+        for name in ("position", "energy_residual", "status", "time", "axis", "failed")
     },
     "the name of a parameter": (
         rig(PARAMETERS, point(name="kp"), torque("kp*t")),

@@ -19,7 +19,7 @@ ASKED = {
 
 
 @pytest.mark.parametrize("kind", ASKED)
-@pytest.mark.parametrize("name", dict.fromkeys([*COORDINATES, *VARIABLES]))
+@pytest.mark.parametrize("name", dict.fromkeys([*COORDINATES, *VARIABLES, "failed"]))
 def test_names_that_datasets_take_are_refused(kind: str, name: str) -> None:
     with pytest.raises(lienumba.ScenarioError) as caught:
         resolve(EVERYTHING | {"requirements": [], "measures": [], kind: [{"name": name, **ASKED[kind]}]})
