@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -79,8 +79,9 @@ def judges_of(resolved: Scenario, names: Callable[[], Names]) -> Judges:
     every = names() if resolved.data.model.requirements else Names({})
     for requirement in resolved.data.model.requirements:
         measured = requirement.name in resolved.parameters.measures and is_formula(requirement.value)
+        others = replace(every, requirements=[name for name in every.requirements if name != requirement.name])
         try:
-            number = find_one(requirement.name if measured else requirement.value, every)
+            number = find_one(requirement.name if measured else requirement.value, others)
             found.append(Judged(requirement, (number.variable, number.place), number.units))
         except BadValueError as error:
             problems.append(error.at(f"{REQUIREMENTS}.{requirement.name}.value", requirement.value))

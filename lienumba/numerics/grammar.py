@@ -102,7 +102,10 @@ def check(node: ast.AST, names: Allowed, depth: int = 0) -> None:
     match node:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
             if not abs(value) < 1e300:
-                raise ExpressionError(f"has the number {_text(node)}, which is too large")
+                written = (
+                    "a number" if value == math.inf else f"the number {_text(node)}"
+                )  # beyond doubles it is no text
+                raise ExpressionError(f"has {written}, which is too large")
         case ast.Name(id=name):
             names.check(name)
         case ast.Attribute() if names.may_be(name := dotted(node)):

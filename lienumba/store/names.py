@@ -182,7 +182,7 @@ def find_one(asked: str, names: Names) -> Name:
     """The one number of each run that is called so; a BadValueError for what is none."""
     found = match(asked, names)
     if not found:
-        remedy = f"{hint(asked, names)}, or ask for it in output.summary"
+        remedy = f"{hint(asked, names.but(INPUT, OUTCOME))}, or ask for it in output.summary"
         raise BadValueError("is not a number that the dataset has for each run", remedy)
     if len(found) > 1:
         raise BadValueError(f"is {len(found)} numbers", f"give one, such as {show(found[-1].name)}")

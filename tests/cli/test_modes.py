@@ -115,7 +115,10 @@ def test_a_selection_of_modes_says_what_it_has_lost() -> None:
 def test_a_time_that_is_asked_for_twice_is_there_once() -> None:
     done = lienumba("modes", str(SCENARIOS / "top_over_spin.toml"), "--at", "0,end,0.5,0.0", "--set", "sweep.runs=2")
     assert done.exit_code == 0, done.stderr
-    assert library.modes(SCENARIOS / "top_over_spin.toml", at=[0, "end", 0.5], runs=[0]).time.values.tolist() == [0, 0.5]
+    assert library.modes(SCENARIOS / "top_over_spin.toml", at=[0, "end", 0.5], runs=[0]).time.values.tolist() == [
+        0,
+        0.5,
+    ]
 
 
 def test_times_outside_the_runs_are_refused() -> None:

@@ -178,6 +178,49 @@ def test_a_governor_opens_with_its_speed(driven: bool) -> None:
     assert modes.sizes["mode"] > 0
 
 
+def driven_hub(axis: list[float], rate: float, gravity: list[float]) -> dict[str, Any]:
+    """An arm hangs from a hub that a motor turns about this axis, against a coil spring; nothing else can move."""
+    bodies = [
+        {"name": "hub", "mass": 3.0, "inertia": [0.1] * 3, "position": [0, 0, 0]},
+        {"name": "arm", "mass": 1.0, "inertia": [0.01, 0.02, 0.03], "position": [0.3, 0.1, -0.3]},
+    ]
+    joints = [
+        {"name": "bearing", "type": "revolute", "bodies": ["ground", "hub"], "at": [0, 0, 0], "axis": axis},
+        {"name": "hinge", "type": "revolute", "bodies": ["hub", "arm"], "at": [0.2, 0.1, 0], "axis": [0, 1, 0]},
+    ]
+    coil = {"name": "coil", "type": "torsion_spring", "joint": "hinge", "stiffness": 0.5, "free_angle": 0}
+    motor = {"name": "motor", "joint": "bearing", "rate": rate}
+    model = {"gravity": gravity, "bodies": bodies, "joints": joints, "forces": [coil], "drivers": [motor]}
+    return {"model": model, **SHORT}
+
+
+def test_what_a_motor_turns_rests_against_axes_that_turn_as_fast() -> None:
+    """Against no others, about whatever axis it is."""
+    for axis in ([0, 0, 1], [0.0, 0.6, 0.8]):
+        scenario = driven_hub(axis, 7.3, [-G * x for x in axis])
+        status = [lienumba.equilibrium(scenario, rotation=[w * x for x in axis]).status.item() for w in (7.3, 3.0, 0.1)]
+        assert status == [0, 1, 1], axis
+
+
+def test_weight_across_a_rotation_turns_against_it_wherever_it_starts() -> None:
+    """Also where it has no slope as the hub stands, along the arm or across it."""
+    for gravity in ([0, 0, -G], [0, -G, 0]):
+        assert lienumba.equilibrium(driven_hub([1, 0, 0], 7.3, gravity), rotation=(7.3, 0, 0)).status.item() == 1
+    along = lienumba.equilibrium(driven_hub([1, 0, 0], 7.3, [-G, 0, 0]), rotation=(7.3, 0, 0))
+    assert along.status.item() == 0
+
+
+def test_a_free_body_goes_on_in_its_circle_wherever_its_force_turns_with_it() -> None:
+    """On a spring to the axis; a spring to a place beside it is another one half a turn later."""
+    ball = {"name": "ball", "mass": 2.0, "inertia": [0.1] * 3, "position": [0.7, 0, 0], "rotation": [1, 0, 0, 0]}
+    for place, status in (([0, 0, 0], 0), ([0.2, 0, 0], 1)):
+        spring = {"name": "s", "type": "spring_damper", "bodies": ["ground", "ball"], "points": [place, [0, 0, 0]],
+                  "stiffness": 50.0, "free_length": 0.5}  # fmt: skip
+        model = {"gravity": [0, 0, 0], "bodies": [ball], "forces": [spring]}
+        found = lienumba.equilibrium({"model": model, **SHORT}, rotation=(0, 0, 3.0))
+        assert (found.status.item() in (0, 3)) == (status == 0), (place, found.status.item())
+
+
 def test_a_rotating_double_pendulum_in_minimal_coordinates() -> None:
     """Two rods in a plane that turns: the least of V - w^2 I(q) / 2, found by SciPy."""
     from scipy.optimize import minimize

@@ -295,6 +295,11 @@ WRONG = {
     "> 0.1)",
     "t + max(p.z)": "has t outside of a reducer; write final(t), when the run ends, or first_time(...)",
     "large(p.z)": 'calls the unknown function "large"',
+    "max(p.z) if 1 else 0": 'contains "max(p.z) if 1 else 0", which is not allowed; use numbers, + - * / **, '
+    "comparisons, max(p.z), pi",
+    "max(p.z)[0]": 'contains "max(p.z)[0]", which is not allowed',
+    "hypot(max(p.z), x=1)": 'contains "hypot(max(p.z), x=1)", which is not allowed',
+    "max(p.z) + True": 'contains "True", which is not allowed',
     "max(p.z) > 1": "is a condition, not a number; write where(condition, 1, 0)",
     "max(p)": 'uses "p", which has several numbers; write p.x or p.y or p.z',
     "max(p.z": 'has 1 "(" and 0 ")"; give each its other half',

@@ -159,7 +159,7 @@ LIMITS = "give below, above or between"
         ({"above": 1.0}, f".soon.above = 1.0: stands beside below; {LIMITS} = [low, high]"),
         (
             {"below": None, "between": [2, 1]},
-            ".soon.between = [2.0, 1.0]: has the larger number first; give the least value first",
+            ".soon.between = [2.0, 1.0]: has no smaller number first; give the least value first, and a larger one",
         ),
         (
             {"probability": 1.0},
@@ -170,6 +170,15 @@ LIMITS = "give below, above or between"
         ({"below": "2*depth"}, '.soon.below = "2*depth": depends on parameters.depth, which the sweep varies'),
         ({"failed": "drop"}, '.soon.failed = "drop": must be "count" or "ignore"'),
         ({"name": "a.b"}, '.a.b.name = "a.b": is no valid name; give words without ".", "[", "]", "/" and quotes'),
+        (
+            {"value": "parameters.depth"},
+            '.soon.value = "parameters.depth": is an input, not what a run comes to; give a measure, a summary',
+        ),
+        (
+            {"value": "soon"},
+            '.soon.value = "soon": is not a number that the dataset has for each run; it has courses such as '
+            '"position.ball.x", events such as "event_time.impact"',
+        ),
         ({"value": "event_time.impct"}, '.soon.value = "event_time.impct": is not a number that the dataset has for'),
     ],
 )

@@ -96,7 +96,7 @@ def test_what_is_no_formula_is_refused(text):
         ("t**-65", "has the exponent -65, at most 64 is allowed"),
         ("2**1e9", "has the exponent 1000000000.0, at most 64 is allowed"),
         ("1e300", "has the number 1e+300, which is too large"),
-        ("t*1e999", "has the number 1e309, which is too large"),
+        ("t*1e999", "has a number, which is too large"),
         ("2" + "0" * 300, "has the number 2" + "0" * 75 + " ..., which is too large"),
         ("1/0", "has the value inf; it must be a finite number"),
         ("-1/0", "has the value -inf; it must be a finite number"),

@@ -147,6 +147,8 @@ def _samples(ds: xr.Dataset) -> dict[str, np.ndarray]:
 
 def _varying(samples: dict[str, np.ndarray], sampled: np.ndarray) -> tuple[dict[str, np.ndarray], list[str]]:
     """The inputs that have more than one value, and a note of the others."""
+    if (count := int(np.count_nonzero(sampled))) < 2:
+        raise ScenarioError(f"the dataset has {plural(count, 'run', 'runs')} with samples; give one of several")
     constant = [name for name, x in samples.items() if not (x[sampled] != x[sampled][:1]).any()]
     if len(constant) == len(samples):
         raise ScenarioError(f"the inputs do not vary: {', '.join(constant)}; give each a spread in [sweep.vary]")

@@ -15,7 +15,15 @@ from lienumba.keys.formulas import explained
 from lienumba.mechanics.mechanism.model import COUNT, FIRST, INTEGRAL, LARGEST, LAST, NONE, SMALLEST, Kept
 from lienumba.numerics.expressions import Formula
 from lienumba.numerics.functions import FUNCTIONS
-from lienumba.numerics.grammar import CONSTANTS, ExpressionError, NotAFormulaError, dotted, is_condition
+from lienumba.numerics.grammar import (
+    CONSTANTS,
+    Allowed,
+    ExpressionError,
+    NotAFormulaError,
+    check,
+    dotted,
+    is_condition,
+)
 from lienumba.scenario.formulas.measure_formula import VALUE, WHEN, MeasureFormula, name_of
 from lienumba.scenario.formulas.parameters import TIME, Parameters
 from lienumba.words import listed, plural, suggestion
@@ -61,6 +69,8 @@ def measure(
     if not any(isinstance(node, ast.Call) and _reduces(node) for node in ast.walk(tree)):
         rule = "is no number of a whole run"
         raise ExpressionError(rule, f"write one of {listed(f'{name}(...)' for name in REDUCERS)} in it")
+    written = _Written()
+    check(written.visit(tree), Allowed(frozenset(written.names - FUNCTIONS.keys()), frozenset(), set(), None))
     if is_condition(outer):
         raise ExpressionError("is a condition, not a number", "write where(condition, 1, 0)")
     known = frozenset(name_of(n, what) for n in range(len(found.kept)) for what in (VALUE, WHEN))
@@ -70,6 +80,29 @@ def measure(
 def is_formula(text: str) -> bool:
     """Whether a text is meant as a formula of a whole run, and not as the name of a number that each run has."""
     return "(" in text
+
+
+class _Written(ast.NodeTransformer):
+    """Makes names of reducers and of what has a name, as they are written."""
+
+    def __init__(self) -> None:
+        self.names: set[str] = set()
+
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        return self._named(ast.unparse(node)) if _reduces(node) else self.generic_visit(node)
+
+    def visit_Name(self, node: ast.Name) -> ast.AST:
+        return self._named(node.id)
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
+        return self._named(dotted(node)) if dotted(node) else self.generic_visit(node)
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
+        return self._named(dotted(node)) if dotted(node) else self.generic_visit(node)
+
+    def _named(self, name: str) -> ast.AST:
+        self.names.add(name)
+        return ast.Name(name)
 
 
 @dataclass
@@ -101,11 +134,11 @@ class _Parsing(ast.NodeTransformer):
     def visit_Name(self, node: ast.Name) -> ast.expr:
         return self._outside(node)
 
-    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
-        return self._outside(node)
+    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
+        return self._outside(node) if dotted(node) else self.generic_visit(node)
 
-    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
-        return self._outside(node)
+    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
+        return self._outside(node) if dotted(node) else self.generic_visit(node)
 
     def _outside(self, node: ast.expr) -> ast.expr:
         """A name outside of reducers: a parameter, which is as at the start."""

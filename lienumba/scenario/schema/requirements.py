@@ -41,4 +41,6 @@ class Requirement(Section):
             remedy = "give below, above or between = [low, high]"
             yield Problem(key, f"stands beside {given[0]}", remedy, getattr(self, key))
         if self.between is not None and not self.between[0] < self.between[1]:
-            yield Problem("between", "has the larger number first", "give the least value first", self.between)
+            yield Problem(
+                "between", "has no smaller number first", "give the least value first, and a larger one", self.between
+            )

@@ -102,6 +102,7 @@ def made(samples, **more):
 REFUSED = {
     "no inputs": (lambda: observed().drop_vars(["a", "b"]), (), {},
         "the dataset has no inputs; give one of a scenario with [sweep.vary]"),
+    "one run": (lambda: observed().isel(run=[3]), (), {}, "the dataset has 1 run with samples; give one of several"),
     "constant inputs": (lambda: made({"a": np.ones(RUNS), "b": np.zeros(RUNS)}), (), {},
         "the inputs do not vary: a, b; give each a spread in [sweep.vary]"),
     "a constant output": (lambda: made(named(X), y=np.full(RUNS, 0.5)), (), {},

@@ -47,6 +47,7 @@ TURNING = 2  # eigenvalues that are 0 because nothing says how far, and how fast
 AT_ONCE = 2048  # runs whose stability is judged together
 STEADY = 1e-6  # of the largest force there was, and of the speed: what a steady motion may change in a radian
 EXACT = 1e-10  # of the terms of a sum that is 0 but for rounding
+AHEAD = (1.0, 2.2)  # rad, by which it turns: where a force that turns beside it may have no slope, it has another size
 
 
 @dataclass(frozen=True)
@@ -274,14 +275,20 @@ class _Search(Balance):
         self, state: Array, at: Linear, motion: Motion | None, rows: Rows, lengths: Array, which: Array, worst: Array
     ) -> Array:
         """Whether what shall turn turns, and goes on: its velocities fulfil the constraints, and its forces and the
-        rates of its laws do not change while it turns (runs,). worst (runs,): the largest force there was."""
+        rates of its laws do not change while it turns, nor are they others when it has turned (runs,). worst (runs,):
+        the largest force there was."""
         if motion is None:
             return np.ones(len(which), bool)
-        runs, D = len(which), self.sizes[which]
-        speed = np.abs(self.rotation[:, which]).max(axis=0)
-        ways = {"q": state[self.rates].T, "v": motion.a, "a": motion.carried.jerks}
+        runs, D, rates = len(which), self.sizes[which], state[self.rates].T
+        speed = np.linalg.norm(self.rotation[:, which], axis=0)
         unmet = np.abs(at.vector("rates", runs) / lengths).max(axis=1, initial=0.0)
-        good = motion.carried.turns & (unmet <= STEADY * speed)
+        good = motion.carried.turns(self.tree, rates, STEADY * speed) & (unmet <= STEADY * speed)
+        turns = np.where(speed > 0.0, speed, 1.0)
+        later = [motion.carried.ahead(self.tree, rates, turns, angle) for angle in AHEAD]
+        there = [
+            self._when_turned(self.elsewhere(state, x, np.zeros((runs, self.tracer.laws)), which), which) for x in later
+        ]
+        ways = {"q": rates, "v": motion.a, "a": motion.carried.jerks}
         for of, sizes in (("along", D), ("laws", np.ones((runs, len(self.equations.outputs["laws"]))))):
             slopes = {by: at.dense(of, by, runs) * sizes[:, :, None] for by in ways}
             change = sum((product(slopes[by], x) for by, x in ways.items()), np.zeros(sizes.shape))
@@ -290,7 +297,16 @@ class _Search(Balance):
             terms = [np.abs(slopes[by]).max(axis=(1, 2), initial=0.0) * np.abs(x).max(axis=1) for by, x in ways.items()]
             most = STEADY * speed * worst + EXACT * np.max(terms, axis=0)
             good &= np.abs(change).max(axis=1, initial=0.0) <= most
+            for found in there:
+                good &= np.abs(found[of]).max(axis=1, initial=0.0) * speed <= most
         return good | ~self.turns[which]
+
+    def _when_turned(self, state: Array, which: Array) -> dict[str, Array]:
+        """What is left of forces along the freedoms, and the rates of laws."""
+        _, at, _ = self.looked(state, which, self.equations)
+        rows, _ = self.rows_of(at, which)
+        along = product(turned(rows.Q), at.vector("along", len(which)) * self.sizes[which])
+        return {"along": product(rows.Q, rows.free(along)), "laws": at.vector("laws", len(which))}
 
 
 @dataclass(frozen=True)

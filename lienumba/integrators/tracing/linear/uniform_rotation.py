@@ -25,8 +25,8 @@ ALONG = 1e-9  # sine: axes that are the same
 @dataclass(frozen=True)
 class Carried:
     """rates and accelerations (runs, n) of the tree; how both change with its coordinates (runs, n, n), where rates
-    change with shifts alone as the axes of these turn; how accelerations change in time (runs, n); turns: whether
-    anything of a run turns (runs,)."""
+    change with shifts alone as the axes of these turn; how accelerations change in time (runs, n); carries: which rates
+    are of what carries the rotation (runs, n)."""
 
     rates: Array
     accelerations: Array
@@ -34,7 +34,26 @@ class Carried:
     shifts_by: Array
     accelerations_by: Array
     jerks: Array
-    turns: Array
+    carries: Array
+
+    def turns(self, tree: Tree, rates: Array, allowed: Array) -> Array:
+        """Whether anything of a run carries the rotation where rates are these (runs, n), but for so much (runs,)."""
+        kept = ~self.carries | (np.abs(rates - self.rates) <= allowed[:, None])
+        own = [list(link.rates) for link in tree.links if link.rates]
+        turning = [self.carries[:, rows].any(axis=1) & kept[:, rows].all(axis=1) for rows in own]
+        return np.any(turning, axis=0)
+
+    def ahead(self, tree: Tree, rates: Array, speed: Array, angle: float) -> Array:
+        """By what coordinates change where all turns by an angle (rad), at these rates (runs, n) and this speed (rad/s,
+        (runs,)), with its axes; what a body shifts by follows its circle."""
+        time = (angle / speed)[:, None]
+        found, along = rates * time, (np.sin(angle) / speed)[:, None] - time
+        across = ((1.0 - np.cos(angle)) / speed**2)[:, None]
+        for link in tree.links:
+            if isinstance(link.move, Free):
+                own = link.rates[:3]
+                found[:, own] += self.rates[:, own] * along + self.accelerations[:, own] * across
+        return found
 
 
 def carried(tree: Tree, z: Sequence[Any], rotation: Array) -> Carried:
@@ -42,6 +61,7 @@ def carried(tree: Tree, z: Sequence[Any], rotation: Array) -> Carried:
     runs, n, turning = rotation.shape[1], tree.freedoms, list[Array]()
     rates, accelerations, jerks = np.zeros((3, runs, n))
     rates_by, shifts_by, accelerations_by = np.zeros((3, runs, n, n))
+    carries = np.zeros((runs, n), bool)
     omega: Vector = tuple(rotation)
     hat = so3.hat(omega)
     square = so3.multiply(hat, hat)
@@ -54,6 +74,7 @@ def carried(tree: Tree, z: Sequence[Any], rotation: Array) -> Carried:
             own = np.ones(runs, bool)
             _put(rates, last, w, stands)
             _put_matrix(rates_by, last, so3.hat(w), stands)
+            carries[:, link.first_rate : last + 3] = stands[:, None]
             if isinstance(link.move, Free):
                 v = so3.cross(omega, moving.r)
                 a = so3.cross(omega, v)
@@ -69,10 +90,10 @@ def carried(tree: Tree, z: Sequence[Any], rotation: Array) -> Carried:
             across = so3.cross(axis, omega)
             same = np.asarray(so3.dot(across, across) <= ALONG * ALONG * so3.dot(omega, omega)) & stands
             _put(rates, first, (so3.dot(axis, omega),), same)
+            carries[:, first] = same
             own = own | same
         turning.append(own)
-    turns = np.any(turning, axis=0)
-    return Carried(rates, accelerations, rates_by, shifts_by, accelerations_by, jerks, turns)
+    return Carried(rates, accelerations, rates_by, shifts_by, accelerations_by, jerks, carries)
 
 
 def _put(into: Array, first: int, numbers: Sequence[Any], where: Array) -> None:
