@@ -16,6 +16,7 @@ from lienumba.analysis.requirements.verdict import counted, verdicts_of
 from lienumba.analysis.sensitivities import outputs
 from lienumba.analysis.sensitivities.outputs import Output
 from lienumba.analysis.weights import weights_of, weights_told
+from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.paths import PLACES
 from lienumba.store.form import scenario_tables
@@ -28,6 +29,7 @@ from lienumba.words import listed, plural, show
 CONFIDENCE = 0.95
 FEWEST = 2  # pairs, which give the first interval
 MOST_CHANGES = 20  # of the scenario that are told
+MOST_LONELY = 4  # outputs
 NAMED = {  # what the columns are; in the unit of the output where "" stands
     "mean_a": ("", "mean of the first over the pairs"),
     "mean_b": ("", "mean of the second over the pairs"),
@@ -98,7 +100,9 @@ def compare(
         "runs": int(sampled.sum()),
         "changes": "\n".join(_changes(first, second)),
         "verdicts": "\n".join(_verdicts(first, second)),
-        "notes": "\n".join([*_notes(first, second, one, other, sampled), *_untold(left_out)]),
+        "notes": "\n".join(
+            [*_notes(first, second, one, other, sampled), *_lonely(pairs, one, other), *_untold(left_out)]
+        ),
     }
     return xr.Dataset(data, coordinates, attributes)
 
@@ -232,6 +236,20 @@ def _notes(
         varied = sorted(set(own) - set(others))
         if varied:
             yield f"varied in the {which} alone: {', '.join(varied[:6])}" + (", ..." if varied[6:] else "")
+
+
+def _lonely(pairs: Sequence[tuple[Output, Output]], one: xr.Dataset, other: xr.Dataset) -> Iterator[str]:
+    """Of which outputs pairs are missing though neither run failed, such as times of what happens in one of both."""
+    good = np.isin(one["status"].values, GOOD) & np.isin(other["status"].values, GOOD)
+    told = []
+    for a, b in pairs:
+        has = [np.isfinite(x.values) & good for x in (a, b)]
+        alone = [int((own & ~others).sum()) for own, others in (has, has[::-1])]
+        if any(alone):
+            told.append(f"{a.name}: {alone[0]:,} pairs have it in the first alone, {alone[1]:,} in the second alone")
+    yield from told[:MOST_LONELY]
+    if rest := told[MOST_LONELY:]:
+        yield f"{plural(len(rest), 'other output lacks', 'other outputs lack')} pairs likewise"
 
 
 def _untold(names: Sequence[str]) -> Iterator[str]:

@@ -52,6 +52,17 @@ def test_runs_are_paired_by_their_labels():
         compare(design(runs=slice(50)), design(runs=slice(50, None)), "y")
 
 
+def test_pairs_that_one_of_both_lacks_are_told():
+    """Not of runs that failed, of which all is missing."""
+    first, second = design(), design(1.1, status=np.where(np.arange(200) < 5, 1, 0))
+    assert "alone" not in compare(first, second.assign(y=second.y.where(second.run >= 5)), "y").attrs["notes"]
+    found = compare(
+        first.assign(y=first.y.where(first.run >= 12)), second.assign(y=second.y.where(second.run < 160)), "y"
+    )
+    assert found.attrs["notes"] == "y: 40 pairs have it in the first alone, 7 in the second alone"
+    assert int(found["pairs"].item()) == 148
+
+
 def test_failures_are_an_output_whose_interval_is_never_nothing():
     one, other = (design(status=np.where(np.arange(200) < n, 1, 0)) for n in (12, 4))
     found = compare(one, other).sel(output="failed")
