@@ -94,7 +94,7 @@ LARGEST, SMALLEST, INTEGRATES, KEEPS_FIRST, KEEPS_LAST, COUNTS = range(6)
 ) = range(9)  # fmt: skip
 POINTS = 5
 INTERVALS = 4 * (POINTS - 1)  # in which conditions are looked at, where steps are long
-ELSEWHERE, CHANGES, EARLIER, RATES = range(3 * POINTS, 3 * POINTS + 4)
+ELSEWHERE, CHANGES, EARLIER, RATES, LARGEST_SIZES = range(3 * POINTS, 3 * POINTS + 5)
 PAST = 2  # steps whose lengths (s) are known, 0 where they say nothing of what follows
 OPENS, SLIDES, CONDITIONS = range(3)  # conditions of each switch; see `switched.turning`
 PEAK, EXTENT, RATE, END_RATE, SWIFTEST, LAPSED, PEAKS = range(7)  # what is known of each event: see `peak_row`
@@ -387,7 +387,7 @@ def signal_row(sizes: Sizes, point: int) -> int:
 def gain_row(sizes: Sizes) -> int:
     """The first row of what the step adds to integrals, as it says itself, and where a tolerance chooses steps what
     the kernel `quadrature` says of the errors of these."""
-    return signal_row(sizes, RATES + 1)
+    return signal_row(sizes, LARGEST_SIZES + 1)
 
 
 @kernel

@@ -7,13 +7,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
+from lienumba.integrators.codes import HUGE
 from lienumba.integrators.reach import EVEN, by_changes, by_rates
-from lienumba.integrators.truth import BESIDE, settled
+from lienumba.integrators.truth import AT_ROOT, BAND, BESIDE, settled
 from lienumba.mechanics.mechanism.model import COUNT, FIRST, INTEGRAL, LARGEST, LAST, SMALLEST
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, maximum, minimum, where
 
 ALIKE = 1.2  # times another step, or less: about as long
+ROUNDING = 4e-15  # of the largest size of a signal: what an extreme is not looked for
 STEADY = 5.0 / 3.0  # times another mean rate, or less: about as large
 
 
@@ -41,13 +43,14 @@ class Past:
 @dataclass(frozen=True)
 class Ends:
     """A signal at both ends of a step, what it was before, and its rates at both ends times the length of the step, NaN
-    where they are not known; smooth: whether it has no kinks."""
+    where they are not known; smooth: whether it has no kinks; size: the largest that it has been."""
 
     before: Number
     after: Number
     past: Past
     rates: tuple[Number, Number] | None = None
     smooth: bool = False
+    size: Number = 0.0
 
     @property
     def change(self) -> Number:
@@ -76,9 +79,11 @@ class Ends:
         return by_rates(*self._rate_ends, self.change)
 
     def if_it_crosses(self, yes: Number, no: Number) -> Any:
-        """One of two numbers: whether it may be on both sides of 0, for stages that are next to the ends, too."""
+        """One of two numbers: whether it may be on both sides of 0, for stages that are next to the ends, too, and by
+        more than rounding."""
         reach = self.if_it_turns(self.reach, 0.0) + BESIDE * (self.most - self.least)
-        still = where(reach <= 0.0, no, yes)
+        faint = maximum(self.most, -self.least) + reach <= AT_ROOT * known_size(self.size)
+        still = where(reach <= 0.0, no, where(faint, no, yes))
         return where(self.least > reach, no, where(self.most < -reach, no, still))
 
     def if_it_turns(self, yes: Number, no: Number) -> Any:
@@ -90,6 +95,11 @@ class Ends:
         (low, high), mean = self._rate_ends, self.after - self.before
         few, many = mean * (1.0 / EVEN), mean * EVEN
         return where(low >= minimum(few, many), where(high <= maximum(few, many), no, yes), yes)
+
+
+def known_size(size: Number) -> Any:
+    """Of which fractions are rounding: none where it was infinite."""
+    return where(size < HUGE, size, 0.0)
 
 
 class Known(NamedTuple):
@@ -116,9 +126,11 @@ def matters(
     found: Number = 0.0
     bent, turned = (_any_crosses(every) for every in (bends, turns))
     if condition is not None:
-        condition = replace(condition, before=known.settled(condition.before), after=known.settled(condition.after))
-        reach = condition.if_it_turns(condition.reach, 0.0)
-        found = _where(turned, 1.0, where(condition.least > reach, 0.0, 1.0))
+        reach, size = condition.if_it_turns(condition.reach, 0.0), known_size(known.size)
+        as_told = replace(condition, before=known.settled(condition.before), after=known.settled(condition.after))
+        lasts = where(known.true > 0.0, condition.least + BAND * size, as_told.least)
+        begins = where(known.true > 0.0, as_told.most, condition.most - AT_ROOT * size)
+        found = _where(turned, 1.0, where(lasts > reach, 0.0, 1.0))
     if kind == INTEGRAL and gain is not None:
         found = where(gain == gain, _where(bent, 1.0, found), 1.0)
     elif kind == FIRST:
@@ -130,10 +142,10 @@ def matters(
         begin, end = (value.before, value.most) if kind == LARGEST else (-value.before, -value.least)
         most = known.value if kind == LARGEST else -known.value
         beyond = value.if_it_turns(end + value.reach, begin)
-        found = _where(bent, 1.0, where(beyond <= most, found, 1.0))
+        found = _where(bent, 1.0, where(beyond <= most + ROUNDING * known_size(value.size), found, 1.0))
     if condition is None:
         return found
-    never = condition.most < -reach if condition.rates is None else condition.most <= -reach
+    never = begins < -reach if condition.rates is None else begins <= -reach
     return _where(turned, found, where(never, 0.0, found))
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lienumba.integrators.methods.step_ends import ALIKE, Ends, Known, Past, added, matters
-from lienumba.mechanics.mechanism.model import LARGEST, SMALLEST
+from lienumba.mechanics.mechanism.model import COUNT, LARGEST, LAST, SMALLEST
 
 RUNS, WITHIN = 4000, 400
 UNKNOWN = Past((np.zeros(RUNS), np.zeros(RUNS)), (np.ones(RUNS), np.zeros(RUNS), np.zeros(RUNS)))
@@ -86,3 +86,34 @@ def test_what_has_kinks_or_no_past_is_looked_into() -> None:
         replace(ends, after=np.full(RUNS, np.nan)),
     ):
         assert (other.if_it_turns(1.0, 0.0)[turns == 0.0] == 1.0).all()
+
+
+def noise(scale: float) -> Ends:
+    """What is left of a signal that was 4 at most, at rest: signs and rates are those of rounding."""
+    rng = np.random.default_rng(5)
+    before, after, begin, end = scale * rng.standard_normal((4, RUNS))
+    return Ends(before, after, UNKNOWN, (begin, end), size=np.full(RUNS, 4.0))
+
+
+@pytest.mark.parametrize("kind", [LARGEST, SMALLEST, COUNT, LAST])
+@pytest.mark.parametrize("held", [0.0, 1.0])
+def test_what_is_left_by_rounding_is_not_looked_into(kind: str, held: float) -> None:
+    """Where a condition held it goes on, and where it did not it does not begin; a bend that is rounding bends nothing.
+    What is above that by as much as counts is looked into."""
+    known = Known(np.full(RUNS, 1e-3), np.ones(RUNS), np.full(RUNS, held), np.zeros(RUNS), np.full(RUNS, 4.0))
+    low = known._replace(value=np.full(RUNS, -1e-3)) if kind == SMALLEST else known
+    faint = noise(1e-16)
+    value = faint if kind in (LARGEST, SMALLEST) else None
+    assert (matters(kind, low, value, faint, None, [faint], [faint]) == 0.0).all()
+    assert (faint.if_it_crosses(1.0, 0.0) == 0.0).all()
+    seen = noise(1e-10 if held == 0.0 else 1e-7)
+    assert (matters(kind, low, None if value is None else seen, seen, None) == 1.0).mean() > 0.3
+    assert (seen.if_it_crosses(1.0, 0.0) == 1.0).mean() > 0.3
+
+
+def test_an_extreme_that_is_higher_by_rounding_is_not_looked_for() -> None:
+    faint = noise(1e-16)
+    known = Known(np.zeros(RUNS), np.zeros(RUNS), np.ones(RUNS), np.zeros(RUNS), np.zeros(RUNS))
+    assert (matters(LARGEST, known, faint, None, None) == 0.0).all()
+    assert (matters(LARGEST, known, replace(faint, size=0.0), None, None) == 1.0).mean() > 0.3
+    assert (matters(LARGEST, known, replace(faint, size=np.inf), None, None) == 1.0).mean() > 0.3

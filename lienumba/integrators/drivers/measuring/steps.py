@@ -29,6 +29,7 @@ from lienumba.integrators.layout import (
     KEPT_TRUE,
     KEPT_UNDEFINED,
     KEPT_VALUE,
+    LARGEST_SIZES,
     PICKED,
     POINTS,
     RATES,
@@ -214,11 +215,14 @@ def begin_measures(kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Work
     seen = first.measures + layout.signal_row(sizes, 0)
     changes = first.measures + layout.signal_row(sizes, CHANGES)
     rates = first.measures + layout.signal_row(sizes, RATES)
+    largest = first.measures + layout.signal_row(sizes, LARGEST_SIZES)
     for lane in range(W):
         for signal in range(sizes.signals):
             if rows[first.lanes + FRESH, lane] != 0.0:
                 rows[changes + signal, lane] = np.inf
                 rows[rates + signal, lane] = np.nan
+                now = rows[seen + signal, lane]
+                rows[largest + signal, lane] = max(now, -now) if now == now else 0.0
         if rows[first.lanes + FRESH, lane] != 0.0:
             forget_past_of(lane, rows, first, sizes)
     for n in range(sizes.kept):

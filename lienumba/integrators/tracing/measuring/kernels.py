@@ -19,6 +19,7 @@ from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, maximum, where
 
+SIGNAL_ROWS = (0, layout.CHANGES, layout.EARLIER, layout.RATES, layout.LARGEST_SIZES)  # of what is followed
 NEARER = 10.0  # times, or more, is a sum than the estimate of its error says, which is of a lower order
 
 
@@ -45,17 +46,18 @@ def keep(tracer: Tracer) -> Kernel:
     for n, (old, new) in enumerate(zip(lengths, (length, *lengths), strict=False) if even else ()):
         rows[layout.length_row(sizes) + n] = where(picked == 0.0, old, new)
     for n in sorted(followed):
-        places = [layout.signal_row(sizes, k) + n for k in (0, layout.CHANGES, layout.EARLIER, layout.RATES)]
-        before, changed, earlier, rate = (graph.input("out", row) for row in places)
+        places = [layout.signal_row(sizes, k) + n for k in SIGNAL_ROWS]
+        before, changed, earlier, rate, size = (graph.input("out", row) for row in places)
         past = Past((changed, earlier), (length, *lengths))
         if n in rates:
-            ends[n] = Ends(before, after[n], past, (length * rate, length * rates[n]))
+            ends[n] = Ends(before, after[n], past, (length * rate, length * rates[n]), size=size)
             rows[places[3]] = where(picked == 0.0, rate, rates[n])
         else:
-            ends[n] = Ends(before, after[n], past, None, n in even)
+            ends[n] = Ends(before, after[n], past, None, n in even, size)
             rows[places[1]] = where(picked == 0.0, changed, ends[n].change)
             rows |= {places[2]: where(picked == 0.0, earlier, changed)} if n in even else {}
         rows[places[0]] = where(picked == 0.0, before, after[n])
+        rows[places[4]] = where(picked == 0.0, size, maximum(absolute(after[n]), size))  # NaN is none
     gains = _gains(tracer, graph, kept)
     if tracer.method.adaptive:
         rows |= {layout.gain_row(sizes) + made.index(n): gain for n, gain in gains.items()}
