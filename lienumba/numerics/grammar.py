@@ -102,9 +102,7 @@ def check(node: ast.AST, names: Allowed, depth: int = 0) -> None:
     match node:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
             if not abs(value) < 1e300:
-                written = (
-                    "a number" if value == math.inf else f"the number {_text(node)}"
-                )  # beyond doubles it is no text
+                written = "a number" if value == math.inf else f"the number {_text(node)}"
                 raise ExpressionError(f"has {written}, which is too large")
         case ast.Name(id=name):
             names.check(name)

@@ -297,8 +297,9 @@ class _Search(Balance):
             terms = [np.abs(slopes[by]).max(axis=(1, 2), initial=0.0) * np.abs(x).max(axis=1) for by, x in ways.items()]
             most = STEADY * speed * worst + EXACT * np.max(terms, axis=0)
             good &= np.abs(change).max(axis=1, initial=0.0) <= most
-            for found in there:
-                good &= np.abs(found[of]).max(axis=1, initial=0.0) * speed <= most
+            for found in there:  # what is left of laws where they rest is left of them there, too
+                change = found[of] - (at.vector(of, runs) if of == "laws" else 0.0)
+                good &= np.abs(change).max(axis=1, initial=0.0) * speed <= most
         return good | ~self.turns[which]
 
     def _when_turned(self, state: Array, which: Array) -> dict[str, Array]:
