@@ -210,6 +210,20 @@ def test_weight_across_a_rotation_turns_against_it_wherever_it_starts() -> None:
     assert along.status.item() == 0
 
 
+def test_a_speed_that_is_held_by_a_law_is_held_wherever_the_scene_lies() -> None:
+    """What is left of its rate there is rounding of the speed."""
+    for axis in np.random.default_rng(1).standard_normal((8, 3)):
+        axis = (axis / np.linalg.norm(axis)).tolist()
+        scenario = driven_hub(axis, 7.3, [-G * x for x in axis])
+        model = scenario["model"]
+        del model["drivers"]
+        model["quantities"] = [{"name": "turn", "type": "joint", "joint": "bearing"}]
+        model["inputs"] = {"i": {"start": 0.6, "rate": "5*(6 - turn.rate)"}}
+        motor = {"name": "motor", "type": "actuator", "joint": "bearing"}
+        model["forces"] += [motor | {"value": "inputs.i + 2*(6 - turn.rate) - 0.1*turn.rate"}]
+        assert lienumba.equilibrium(scenario, rotation=[6.0 * x for x in axis]).status.item() == 0, axis
+
+
 def test_a_free_body_goes_on_in_its_circle_wherever_its_force_turns_with_it() -> None:
     """On a spring to the axis; a spring to a place beside it is another one half a turn later."""
     ball = {"name": "ball", "mass": 2.0, "inertia": [0.1] * 3, "position": [0.7, 0, 0], "rotation": [1, 0, 0, 0]}

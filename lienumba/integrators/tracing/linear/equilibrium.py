@@ -199,7 +199,7 @@ class _Search(Balance):
     def _step(self, which: Array) -> "_Step":
         """Along the reflected coordinates of `Rows`, the first of which the constraints decide."""
         runs, n, s, D = len(which), self.n, len(self.equations.columns["laws"]), self.sizes[which]
-        _, at, motion = self.looked(self.state[:, which], which, self.equations)
+        state, at, motion = self.looked(self.state[:, which], which, self.equations)
         rows, lengths = self.rows_of(at, which)
         Q, Qt, rank = rows.Q, turned(rows.Q), rows.rank
         along = product(Qt, at.vector("along", runs) * D)
@@ -239,6 +239,7 @@ class _Search(Balance):
         short = np.minimum(1.0, self.longest[which] / np.maximum(size, 1e-300))
         states = np.abs(self.state[self.tree.state : self.tree.state + s, which]).T
         terms = np.abs(L).sum(axis=2) + product(np.abs(P), states)
+        terms += product(np.abs(at.dense("laws", "v", runs)), np.abs(state[self.rates].T))
         restless = (np.abs(rates) / np.maximum(terms, 1e-300)).max(axis=1, initial=0.0)
         self.fastest[which] = np.maximum(self.fastest[which], np.abs(rates))
         push = (rows.free(along + product(S, ds)) * moved).sum(axis=1)
