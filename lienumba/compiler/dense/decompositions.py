@@ -16,7 +16,9 @@ from lienumba.compiler.flat import Flat, kept
 
 Array = npt.NDArray[Any]
 SMALL = 1e-7  # of the largest eigenvalue: rounding splits a double zero by less
-FIRM = 0.1  # of a small eigenvalue: what is no rounding changes by less where A is rounded otherwise
+SLOWLY = 1e-3  # of an eigenvalue: rounding makes one of several that are the same grow by less
+FIRM = 0.1  # of a small eigenvalue, or growth: what is no rounding changes by less where A is rounded otherwise
+TIMES = 3  # it is rounded otherwise: once, another one may come near by chance
 ROUNDED = 1.4e-14  # of the terms of a row of A
 EVEN = 1e-13  # of the largest eigenvalue: how much of another one may be rounding
 NOTHING = 1e-10  # of the longest row of C, or of 1: what is no longer than that is rounding
@@ -141,11 +143,12 @@ def solved(A: Array, b: Array, first: Array, negligible: float) -> Array:
     return found if b.ndim == 3 else found[:, :, 0]
 
 
-def symmetric_values(A: Array, first: Array) -> Array:
-    """The eigenvalues of symmetric matrices, in the rows and columns from `first` (runs,) on, NaN before."""
-    found = np.full(A.shape[:2], np.nan)
-    _routine("rotated")(_given(A).copy(), first, found)
-    return found
+def symmetric(A: Array, first: Array) -> tuple[Array, Array]:
+    """The eigenvalues of symmetric matrices, in the rows and columns from `first` (runs,) on, NaN before; and vectors
+    of length 1 as columns, those of the identity before."""
+    found, vectors = np.full(A.shape[:2], np.nan), np.broadcast_to(np.eye(A.shape[1]), A.shape).copy()
+    _routine("rotated")(_given(A).copy(), first, found, vectors)
+    return found, vectors
 
 
 def eigenvalues(A: Array) -> Array:
@@ -177,22 +180,29 @@ def magnitudes(values: Array) -> Array:
     return found
 
 
-def vanishing(A: Array, values: Array, rates: slice, terms: Array, fastest: Array) -> Array:
-    """Which eigenvalues are 0 but for rounding (runs, n): small ones that are not the same where entries of A are
-    rounded otherwise. terms (runs,): what rows of `rates` are sums of, at least; fastest (runs,): what all is compared
-    with, at least."""
+def beyond_rounding(A: Array, values: Array, rates: slice, terms: Array, fastest: Array) -> tuple[Array, Array]:
+    """Eigenvalues (runs, n) without what of them is rounding, and which are 0: small ones that are not the same where
+    entries of A are rounded otherwise; nor is growth that is not the same. terms (runs,): what rows of `rates` are sums
+    of, at least; fastest (runs,): what all is compared with, at least."""
     sizes = magnitudes(values)
-    found: Array = sizes <= SMALL * np.maximum(sizes.max(axis=1, initial=0.0), fastest)[:, None]
-    which = np.flatnonzero((found & (sizes > 0.0)).any(axis=1))
+    zero: Array = sizes <= SMALL * np.maximum(sizes.max(axis=1, initial=0.0), fastest)[:, None]
+    grows = growing(np.where(zero, 0.0, values)) & (values.real < SLOWLY * sizes)
+    which = np.flatnonzero((grows | (zero & (sizes > 0.0))).any(axis=1))
     if len(which):
         rows = np.abs(A[which]).max(axis=2)
         rows[:, rates] = np.maximum(rows[:, rates], terms[which, None])
         n, draw = A.shape[1], np.random.default_rng(0).uniform
-        rounded = draw(0.5, 1.0, (n, n)) * np.where(draw(-1.0, 1.0, (n, n)) < 0.0, -1.0, 1.0)
-        others = eigenvalues(A[which] + ROUNDED * rows[:, :, None] * rounded)
-        apart = magnitudes(values[which][:, :, None] - others[:, None, :]).min(axis=2)
-        found[which] &= ~(apart < FIRM * sizes[which])
-    return found
+        moved = np.zeros(values[which].shape)
+        for _ in range(TIMES):
+            rounded = draw(0.5, 1.0, (n, n)) * np.where(draw(-1.0, 1.0, (n, n)) < 0.0, -1.0, 1.0)
+            others = eigenvalues(A[which] + ROUNDED * rows[:, :, None] * rounded)
+            apart = magnitudes(values[which][:, :, None] - others[:, None, :]).min(axis=2)
+            moved = np.maximum(moved, np.where(np.isnan(apart), np.inf, apart))
+        zero[which] &= ~(moved < FIRM * sizes[which])
+        grows[which] &= ~(moved < FIRM * values.real[which])
+    found = np.where(zero, 0.0, values)
+    found.real[grows & ~zero] = 0.0
+    return found, zero
 
 
 def growing(values: Array) -> Array:

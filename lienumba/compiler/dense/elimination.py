@@ -160,15 +160,16 @@ def _reflect_column(A: np.ndarray, column: int, v: np.ndarray, first: int, beta:
         A[i, column] -= beta * total * v[i]
 
 
-def rotated(A: Floats3, first: Integers1, out: Floats2) -> None:
+def rotated(A: Floats3, first: Integers1, out: Floats2, V: Floats3) -> None:
+    """V: the identity, which becomes what A is turned by."""
     for run in range(A.shape[0]):
-        _rotated(A[run], first[run])
+        _rotated(A[run], V[run], first[run])
         for i in range(first[run], A.shape[1]):
             out[run, i] = A[run, i, i]
 
 
 @apart
-def _rotated(A: np.ndarray, first: int) -> None:
+def _rotated(A: np.ndarray, V: np.ndarray, first: int) -> None:
     n = A.shape[0]
     for _ in range(SWEEPS):
         turned = 0
@@ -176,14 +177,14 @@ def _rotated(A: np.ndarray, first: int) -> None:
             for q in range(p + 1, n):
                 if A[p, q] * A[p, q] > EQUAL * EQUAL * (A[p, p] * A[p, p] + A[q, q] * A[q, q]):
                     turned += 1
-                    _rotate(A, first, p, q)
+                    _rotate(A, V, first, p, q)
         if turned == 0:
             return
 
 
 @apart
-def _rotate(A: np.ndarray, first: int, p: int, q: int) -> None:
-    """Such that A[p, q] becomes 0."""
+def _rotate(A: np.ndarray, V: np.ndarray, first: int, p: int, q: int) -> None:
+    """Such that A[p, q] becomes 0; V is turned with it."""
     half = (A[q, q] - A[p, p]) / (2.0 * A[p, q])
     size = (half if half > 0.0 else -half) + np.sqrt(half * half + 1.0)
     t = 1.0 / size if half >= 0.0 else -1.0 / size
@@ -193,6 +194,9 @@ def _rotate(A: np.ndarray, first: int, p: int, q: int) -> None:
         a, b = A[k, p], A[k, q]
         A[k, p] = c * a - s * b
         A[k, q] = s * a + c * b
+        a, b = V[k, p], V[k, q]
+        V[k, p] = c * a - s * b
+        V[k, q] = s * a + c * b
     for k in range(first, A.shape[0]):
         a, b = A[p, k], A[q, k]
         A[p, k] = c * a - s * b

@@ -9,13 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from lienumba.compiler.dense.decompositions import (
+    beyond_rounding,
     eigenvalues,
     eigenvectors,
     growing,
     magnitudes,
     product,
     turned,
-    vanishing,
 )
 from lienumba.engine.cores import usable_cores
 from lienumba.engine.linear.linearise import STILL, check_states, turning
@@ -134,8 +134,7 @@ def _of_systems(system: Systems, shapes: bool) -> tuple[Array, Array, Array | No
     else:
         values = eigenvalues(A)
     y, z = map(len, system.chosen)
-    zero = vanishing(A, values, slice(y, y + z), system.terms[sound], system.fastest[sound])
-    values[zero] = 0.0
+    values, zero = beyond_rounding(A, values, slice(y, y + z), system.terms[sound], system.fastest[sound])
     upper = (values.imag >= 0.0) & ~(zero & (np.cumsum(zero, axis=1) % 2 == 0))
     order = np.lexsort((-values.real, np.where(upper, values.imag, np.inf)), axis=1)
     order = order[:, : int(upper.sum(axis=1).max(initial=0))]

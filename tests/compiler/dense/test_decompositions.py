@@ -6,11 +6,13 @@ import pytest
 
 from lienumba.compiler.dense.decompositions import (
     Rows,
+    beyond_rounding,
     eigenvalues,
     eigenvectors,
+    growing,
     product,
     solved,
-    symmetric_values,
+    symmetric,
     turned,
 )
 
@@ -46,9 +48,12 @@ def test_systems_are_solved_from_a_row_on_and_dependent_columns_are_0() -> None:
     assert not x[1, :2].any()
     assert not x[2].any()
     S = A + turned(A)
-    own = symmetric_values(S, first)
+    own, V = symmetric(S, first)
     np.testing.assert_allclose(np.sort(own[1, 2:]), np.linalg.eigvalsh(S[1, 2:, 2:]), atol=1e-13)
     assert np.isnan(own[1, :2]).all()
+    np.testing.assert_allclose(S[1, 2:, 2:] @ V[1, 2:, 2:], V[1, 2:, 2:] * own[1, 2:], atol=1e-13)
+    np.testing.assert_allclose(turned(V) @ V, np.broadcast_to(np.eye(6), V.shape), atol=1e-14)
+    np.testing.assert_array_equal(V[1, :2], np.eye(6)[:2])
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 9, 20])
@@ -140,3 +145,24 @@ def test_a_run_does_not_see_its_neighbours() -> None:
         assert np.isfinite(x[n]).all()
     assert np.isnan(values[[2, 4]]).all()
     assert not np.isfinite(x[[2, 4]]).all(axis=1).any()
+
+
+def turned_by(similar: np.ndarray, seed: int) -> np.ndarray:
+    S = np.linalg.qr(np.random.default_rng(seed).normal(size=similar.shape))[0]
+    found: np.ndarray = S @ similar @ S.T
+    return found
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_what_drifts_on_a_circle_does_not_grow_by_rounding_and_slow_growth_is_told(seed: int) -> None:
+    """i w twice, with one vector: rounding makes of these i w +- sqrt(rounding)."""
+    w = 0.5
+    circle = np.array([[0.0, -w], [w, 0.0]])
+    drifts = np.block([[circle, np.eye(2)], [np.zeros((2, 2)), circle]])
+    both = np.block([[drifts, np.zeros((4, 4))], [np.zeros((4, 4)), 10.0 * drifts]])
+    slow = np.block([[circle + 3e-7 * np.eye(2), np.zeros((2, 2))], [np.zeros((2, 2)), circle]])
+    for matrix, grows in ((drifts, False), (both, False), (slow, True)):
+        A = turned_by(matrix, seed)[None]
+        found, zero = beyond_rounding(A, eigenvalues(A), slice(0, len(matrix)), np.ones(1), np.ones(1))
+        assert growing(found).any() == grows
+        assert not zero.any()

@@ -216,13 +216,16 @@ class Balance:
         return state
 
 
-def by_places(at: Linear, of: str, motion: Motion | None, runs: int) -> Array:
-    """The derivative by the places, of what moves with them."""
+def by_places(at: Linear, of: str, motion: Motion | None, runs: int) -> tuple[Array, Array]:
+    """The derivative by the places, of what moves with them; and how large what it is a sum of is."""
     found = at.dense(of, "q", runs)
+    terms = np.abs(found)
     if motion is None:
-        return found
-    found = found + product(at.dense(of, "v", runs), motion.rates_by)
-    return found + product(at.dense(of, "a", runs), motion.accelerations_by)
+        return found, terms
+    for by, changes in (("v", motion.rates_by), ("a", motion.accelerations_by)):
+        own = at.dense(of, by, runs)
+        found, terms = found + product(own, changes), terms + product(np.abs(own), np.abs(changes))
+    return found, terms
 
 
 def _part(x: Any, which: Array, runs: int) -> Any:

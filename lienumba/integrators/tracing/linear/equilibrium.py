@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.compiler.dense.decompositions import Rows, product, solved, symmetric_values, turned
+from lienumba.compiler.dense.decompositions import Rows, product, solved, symmetric, turned
 from lienumba.integrators.codes import FOUND, NONE_FOUND, NOT_ISOLATED, UNSTABLE
 from lienumba.integrators.tracing.linear.balance import Balance, Motion, by_places
 from lienumba.integrators.tracing.linear.equations import STATE, UNKNOWN, Linear
@@ -40,6 +40,7 @@ ROUNDING = 1e-9  # of the largest force there was: what may be left where nothin
 QUIET = 1e-12  # rad, and of the size: how far forces may push in a step of Newton's where they are rounding
 FAINT = 2e-15  # of the largest force that a constraint carries: what is rounding, of others and of stiffness
 SLOW = 0.5  # of the sigma with which forces move as far as a step may be, if K does not hold them
+FLAT = 1e-9  # of the largest stiffness: what holds nothing
 DOWNHILL = 1.5  # times what a step takes that leads downhill
 CLOSED = 1e-9  # rad, and of the size: by how much joints may miss each other
 SMALL = 1e-12  # of the largest pivot: what counts as 0
@@ -208,26 +209,42 @@ class _Search(Balance):
         )
         noise = FAINT * carried[:, None]
         along = np.where((np.abs(along) <= noise) & (np.arange(n) >= rank[:, None]), 0.0, along)
-        K = product(Qt, product(-by_places(at, "along", motion, runs) * D[:, None, :] * D[:, :, None], Q))
-        K = np.where(np.abs(K) <= noise[:, :, None], 0.0, K)
+        K, rounded = by_places(at, "along", motion, runs)
+        if motion is not None:  # weights that turn, as much of them as there is where they cancel
+            rounded += np.abs(at.dense("along", "a", runs)) * (self.rotation[:, which] ** 2).sum(axis=0)[:, None, None]
+        K, rounded = (x * D[:, None, :] * D[:, :, None] for x in (K, rounded))
+        K = product(Qt, product(-K, Q))
+        rounded = FAINT * product(np.abs(Qt), product(rounded, np.abs(Q))) + noise[:, :, None]
+        K = np.where(np.abs(K) <= rounded, 0.0, K)
         S = product(Qt, at.dense("along", "laws", runs) * D[:, :, None])
-        L, P = product(by_places(at, "laws", motion, runs) * D[:, None, :], Q), at.dense("laws", "laws", runs)
+        L, P = product(by_places(at, "laws", motion, runs)[0] * D[:, None, :], Q), at.dense("laws", "laws", runs)
         rates = at.vector("laws", runs)
+        states = np.abs(self.state[self.tree.state : self.tree.state + s, which]).T
+        terms = np.abs(L).sum(axis=2) + product(np.abs(P), states)
+        terms += product(np.abs(at.dense("laws", "v", runs)), np.abs(state[self.rates].T))
+        restless = np.abs(rates) / np.maximum(terms, 1e-300)
+        self.fastest[which] = np.maximum(self.fastest[which], np.maximum(np.abs(rates), AT_REST * terms))
         force = np.abs(product(Q, rows.free(along))).max(axis=1, initial=0.0)
-        values = np.nan_to_num(symmetric_values(0.5 * (K + turned(K)), rank))
+        values, ways = (np.nan_to_num(x) for x in symmetric(0.5 * (K + turned(K)), rank))
         through = solved(-P, L, np.zeros(runs, np.int64), SMALL)  # states of laws as they follow places at once
         largest = np.abs(values).max(axis=1, initial=0.0)
         largest = np.maximum(largest, np.abs(np.nan_to_num(product(S, through))).max(axis=(1, 2), initial=0.0))
-        falling = np.maximum(-values.min(axis=1, initial=0.0) - 1e-9 * largest, 0.0)
+        lies = _lies(values, ways, rank, rows.free(along), rounded, largest) & ~_felt(ways, S, L)
+        values, along = np.where(lies, 0.0, values), along - _part(ways, lies, along)
+        falling = np.maximum(-values.min(axis=1, initial=0.0) - FLAT * largest, 0.0)
         still = force <= QUIET * largest  # what is left is rounding
         sigma = np.where(still, 0.0, np.maximum(SLOW * force / self.longest[which], DOWNHILL * falling))
         scale = np.maximum(np.abs(K).max(axis=(1, 2), initial=0.0), largest) + sigma
         scale = np.where(scale > 0.0, scale, np.maximum(np.abs(S).max(axis=(1, 2), initial=0.0), 1e-300))
-        K = K + sigma[:, None, None] * np.eye(n)
+        stands = (np.abs(np.concatenate([L, P], axis=2)) <= EXACT * terms[:, :, None]).all(axis=2)
+        stands &= restless < AT_REST
+        given = _given(ways, rank, K, rounded, S, L, stands, EXACT * terms)
+        K = K + scale[:, None, None] * product(ways * lies[:, None, :], turned(ways))
+        K += sigma[:, None, None] * product(ways * ~given[:, None, :], turned(ways))
         total = np.zeros((runs, n + s, n + s))
         total[:, :n, :n], total[:, :n, n:] = K / scale[:, None, None], -S / scale[:, None, None]
         total[:, n:, :n] = -L
-        total[:, n:, n:] = np.sqrt(sigma / scale)[:, None, None] * np.eye(s) - P
+        total[:, n:, n:] = np.sqrt(sigma / scale)[:, None, None] * np.eye(s) * ~stands[:, None, :] - P
         held = rows.within(-at.vector("positions", runs) / lengths)
         right = [(along - product(K, held)) / scale[:, None], rates + product(L, held)]
         x = solved(total, np.concatenate(right, axis=1), rank, SMALL)
@@ -237,13 +254,9 @@ class _Search(Balance):
         dq = product(Q, moved)
         size = np.abs(dq).max(axis=1, initial=0.0)
         short = np.minimum(1.0, self.longest[which] / np.maximum(size, 1e-300))
-        states = np.abs(self.state[self.tree.state : self.tree.state + s, which]).T
-        terms = np.abs(L).sum(axis=2) + product(np.abs(P), states)
-        terms += product(np.abs(at.dense("laws", "v", runs)), np.abs(state[self.rates].T))
-        restless = (np.abs(rates) / np.maximum(terms, 1e-300)).max(axis=1, initial=0.0)
-        self.fastest[which] = np.maximum(self.fastest[which], np.abs(rates))
         push = (rows.free(along + product(S, ds)) * moved).sum(axis=1)
-        return _Step(dq * D, dmu, ds, force, push, restless, short, still, (sigma <= 1e-3 * largest) | still)
+        newton = (sigma <= 1e-3 * largest) | still
+        return _Step(dq * D, dmu, ds, force, push, restless.max(axis=1, initial=0.0), short, still, newton)
 
     def _moved(self, which: Array, step: "_Step") -> tuple[Array, Array]:
         """Move the states by as much of the step as leads to finite forces, and to nothing that closes; how much that
@@ -296,6 +309,7 @@ class _Search(Balance):
             if of == "along":
                 change = product(rows.Q, rows.free(product(turned(rows.Q), change)))
             terms = [np.abs(slopes[by]).max(axis=(1, 2), initial=0.0) * np.abs(x).max(axis=1) for by, x in ways.items()]
+            terms.append(np.abs(slopes["v"]).max(axis=(1, 2), initial=0.0) * np.abs(rates).max(axis=1) * speed)
             most = STEADY * speed * worst + EXACT * np.max(terms, axis=0)
             good &= np.abs(change).max(axis=1, initial=0.0) <= most
             for found in there:  # what is left of laws where they rest is left of them there, too
@@ -309,6 +323,45 @@ class _Search(Balance):
         rows, _ = self.rows_of(at, which)
         along = product(turned(rows.Q), at.vector("along", len(which)) * self.sizes[which])
         return {"along": product(rows.Q, rows.free(along)), "laws": at.vector("laws", len(which))}
+
+
+def _lies(values: Array, ways: Array, rank: Array, along: Array, rounded: Array, largest: Array) -> Array:
+    """Along which ways, those of the columns (runs, n), nothing holds what rests, and nothing but rounding moves it:
+    there it stays, as on a top or where all is turned about an axis."""
+    push = np.abs(product(turned(ways), along))
+    rounding = product(np.abs(turned(ways)), rounded.sum(axis=2))
+    found: Array = (np.arange(values.shape[1]) >= rank[:, None]) & (values < FLAT * largest[:, None])
+    return found & (push <= QUIET * np.abs(values) + rounding)
+
+
+def _felt(ways: Array, S: Array, L: Array) -> Array:
+    """Along which ways states of laws push, or are changed (runs, n)."""
+    if not S.shape[2]:
+        return np.zeros(ways.shape[::2], bool)
+    pushed, changes = np.abs(product(turned(ways), S)), np.abs(product(L, ways))
+    found: Array = (pushed > SMALL * pushed.max(axis=(1, 2), keepdims=True)).any(axis=2)
+    return found | (changes > SMALL * changes.max(axis=(1, 2), keepdims=True)).any(axis=1)
+
+
+def _given(
+    ways: Array, rank: Array, K: Array, rounded: Array, S: Array, L: Array, stands: Array, still: Array
+) -> Array:
+    """Along which ways (runs, n) nothing changes, as where all turns about the axis, and where states of laws push that
+    nothing changes (stands), as of a motor that is at its speed: these are what balances forces. still (runs, s): what
+    is 0 of a rate."""
+    if not S.shape[2]:
+        return np.zeros(ways.shape[::2], bool)
+    pushed = np.abs(product(turned(ways), np.where(stands[:, None, :], S, 0.0)))
+    rounding = product(rounded, np.abs(ways)).sum(axis=1)
+    level = np.maximum(np.abs(product(K, ways)).max(axis=1), np.abs(product(turned(K), ways)).max(axis=1)) <= rounding
+    level &= (np.abs(product(L, ways)) <= still[:, :, None]).all(axis=1)
+    found: Array = level & (pushed > SMALL * np.abs(S).max(axis=(1, 2), keepdims=True)).any(axis=2)
+    return found & (np.arange(ways.shape[1]) >= rank[:, None])
+
+
+def _part(ways: Array, which: Array, x: Array) -> Array:
+    """What of x (runs, n) is along some ways."""
+    return product(ways, np.where(which, product(turned(ways), x), 0.0))
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.compiler.dense.decompositions import Rows, eigenvalues, growing, product, solved, turned, vanishing
+from lienumba.compiler.dense.decompositions import Rows, beyond_rounding, eigenvalues, growing, product, solved, turned
 from lienumba.integrators.tracing.linear.equations import Linear
 
 Array = npt.NDArray[Any]
@@ -56,10 +56,9 @@ def stability(near: Near) -> Stability:
     growth, grows, zeros = np.full(runs, np.nan), np.zeros(runs, bool), np.zeros(runs, int)
     accelerations, fastest = terms(near.at, near.mu, near.sizes)
     for which, A, rates in _systems(near):
-        values = eigenvalues(A)
-        nothing = vanishing(A, values, rates, accelerations[which], fastest[which])
+        values, nothing = beyond_rounding(A, eigenvalues(A), rates, accelerations[which], fastest[which])
         growth[which] = values.real.max(axis=1, initial=-np.inf)
-        grows[which] = growing(np.where(nothing, 0.0, values)).any(axis=1)
+        grows[which] = growing(values).any(axis=1)
         zeros[which] = nothing.sum(axis=1)
     return Stability(growth, grows, zeros)
 
