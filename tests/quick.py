@@ -1,5 +1,5 @@
-"""`--quick`: the cheap tests of every room, by what tests/costs.csv says of them; `--costs` writes that file anew,
-`--quick --costs` only what turned out dearer: what tests share is made by the first of them that runs.
+"""`--quick` and `--daily`: the cheap tests of every room, by what tests/costs.csv says of them; `--costs` writes that
+file anew, `--quick --costs` only what turned out dearer: what tests share is made by the first of them that runs.
 
 Of every function the first case, if it is cheap, and as many more as take little together; of every room at least one
 test. What costs.csv does not name, such as a new test, is cheap.
@@ -14,14 +14,15 @@ from typing import Any
 import pytest
 
 COSTS = Path(__file__).with_name("costs.csv")
-FIRST = 0.15  # s of one core, the most for the first case of a function
-TOGETHER = 0.05  # s, for all its cases
+PARTS = {"quick": (0.15, 0.05), "daily": (2.0, 0.7)}  # s of one core: the first case of a function, all its cases
 TOLD = 0.03  # s; functions that take less in all are not in the file
 UNKNOWN = 0.01, 0.002  # s, of the first case of such a function, and of each other
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--quick", action="store_true", help="only the cheap tests of every room, by tests/costs.csv")
+    for part, (first, _) in PARTS.items():
+        text = f"only tests of every room that take less than {first} s, by tests/costs.csv"
+        parser.addoption(f"--{part}", action="store_true", help=text)
     parser.addoption("--costs", action="store_true", help="write tests/costs.csv from this run")
 
 
@@ -31,14 +32,15 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    if config.getoption("--quick"):
-        kept = cheap([item.nodeid for item in items], read())
+    for part in (x for x in PARTS if config.getoption(f"--{x}")):
+        kept = cheap([item.nodeid for item in items], read(), *PARTS[part])
         config.hook.pytest_deselected(items=[item for item in items if item.nodeid not in kept])
         items[:] = [item for item in items if item.nodeid in kept]
 
 
-def cheap(tests: list[str], costs: dict[str, tuple[float, float]]) -> set[str]:
-    """Which of these tests are run; costs: by function, of its first case and of each other."""
+def cheap(tests: list[str], costs: dict[str, tuple[float, float]], dearest: float, together: float) -> set[str]:
+    """Which of these tests are run; costs: by function, of its first case and of each other; dearest: of a first case
+    that is run; together: what all cases of a function may take if more are."""
     rooms: dict[str, dict[str, list[str]]] = {}
     for test in tests:
         function = test.partition("[")[0]
@@ -50,8 +52,8 @@ def cheap(tests: list[str], costs: dict[str, tuple[float, float]]) -> set[str]:
         least = min(first, key=lambda function: first[function])
         for function, cases in functions.items():
             each = costs.get(function, UNKNOWN)[1]
-            more = int((TOGETHER - first[function]) / each) if each else len(cases)
-            if first[function] <= FIRST or function == least:
+            more = int((together - first[function]) / each) if each else len(cases)
+            if first[function] <= dearest or function == least:
                 kept |= {*cases[: 1 + max(more, 0)]}
     return kept
 

@@ -15,6 +15,7 @@ import xarray as xr
 from lienumba.analysis.requirements.verdict import counted, verdicts_of
 from lienumba.analysis.sensitivities import outputs
 from lienumba.analysis.sensitivities.outputs import Output
+from lienumba.analysis.sensitivities.ranks import rank_interval, standard_ranks
 from lienumba.analysis.weights import weights_of, weights_told
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
@@ -29,6 +30,7 @@ from lienumba.words import listed, plural, show
 CONFIDENCE = 0.95
 FEWEST = 2  # pairs, which give the first interval
 MOST_CHANGES = 20  # of the scenario that are told
+ALIKE = 0.9  # rank correlation of samples, at least
 MOST_LONELY = 4  # outputs
 NAMED = {  # what the columns are; in the unit of the output where "" stands
     "mean_a": ("", "mean of the first over the pairs"),
@@ -221,21 +223,33 @@ def _notes(
     if sampled.sum() < (one["run"].values >= 0).sum():
         yield f"{int(sampled.sum()):,} of the runs count, since the others of each row repeat their numbers"
     for ds, which in ((first, "first"), (second, "second")):
-        if ds.sizes["run"] > runs:
-            yield f"{ds.sizes['run'] - runs:,} runs of the {which} have no partner, and do not count"
+        if lonely := ds.sizes["run"] - runs:
+            does = "run of the {} has no partner, and does", "runs of the {} have no partner, and do"
+            yield f"{plural(lonely, *(x.format(which) for x in does))} not count"
     inputs = [
         {str(name): x.values for name, x in ds.coords.items() if x.attrs.get("role") == "input"} for ds in (one, other)
     ]
     shared = [name for name in inputs[0] if name in inputs[1]]
     unlike = [name for name in shared if not np.array_equal(inputs[0][name], inputs[1][name])]
+    drawn = [name for name in unlike if _drawn_alike(inputs[0][name], inputs[1][name])]
+    unlike = [name for name in unlike if name not in drawn]
     if shared and len(unlike) == len(shared):
         yield "no input has the same samples in both: the intervals hold, but are as wide as those of unrelated runs"
     elif unlike:
         yield f"the samples of {listed(unlike[:6])} differ between both" + (", and of others" if unlike[6:] else "")
+    if drawn:
+        more = ", and of others" if drawn[6:] else ""
+        yield f"the draws of {listed(drawn[:6])}{more} are the same in both, from another distribution"
     for which, own, others in (("first", inputs[0], inputs[1]), ("second", inputs[1], inputs[0])):
         varied = sorted(set(own) - set(others))
         if varied:
             yield f"varied in the {which} alone: {', '.join(varied[:6])}" + (", ..." if varied[6:] else "")
+
+
+def _drawn_alike(x: np.ndarray, y: np.ndarray) -> bool:
+    """Whether both rise and fall together, as of one draw that two distributions make other numbers of."""
+    together = float(standard_ranks(x) @ standard_ranks(y))
+    return rank_interval(together, len(x))[0] > ALIKE
 
 
 def _lonely(pairs: Sequence[tuple[Output, Output]], one: xr.Dataset, other: xr.Dataset) -> Iterator[str]:

@@ -40,6 +40,12 @@ def test_equal_samples_make_differences_sharp():
     assert "as wide as those of unrelated runs" in compare(design(), design(x=X[::-1]), "y").attrs["notes"]
 
 
+def test_the_same_draws_from_another_distribution_are_told_as_such():
+    notes = compare(design(), design(x=3.0 + 1.5 * X**3), "y").attrs["notes"]
+    assert "the draws of bodies.a.mass are the same in both, from another distribution" in notes
+    assert "unrelated" not in notes
+
+
 def test_runs_are_paired_by_their_labels():
     found = compare(design(runs=slice(150)), design(offset=1.0, runs=slice(50, None)), "y")
     assert int(found["pairs"].item()) == 100
@@ -48,6 +54,8 @@ def test_runs_are_paired_by_their_labels():
         "50 runs of the first have no partner, and do not count",
         "50 runs of the second have no partner, and do not count",
     ]
+    found = compare(design(runs=slice(199)), design(), "y")
+    assert found.attrs["notes"].split("\n")[0] == "1 run of the second has no partner, and does not count"
     with pytest.raises(ScenarioError, match=r"have 0 runs in common, and a comparison takes at least 2"):
         compare(design(runs=slice(50)), design(runs=slice(50, None)), "y")
 
