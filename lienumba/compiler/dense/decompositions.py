@@ -5,6 +5,7 @@ Here each run is one pass of plain loops (`lienumba.compiler.routines`). Nothing
 no solution, is NaN in its own run. All arrays are (runs, rows, columns) or (runs, rows).
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -18,7 +19,7 @@ Array = npt.NDArray[Any]
 SMALL = 1e-7  # of the largest eigenvalue: rounding splits a double zero by less
 SLOWLY = 1e-3  # of an eigenvalue: rounding makes one of several that are the same grow by less
 FIRM = 0.1  # of a small eigenvalue, or growth: what is no rounding changes by less where A is rounded otherwise
-TIMES = 3  # it is rounded otherwise: once, another one may come near by chance
+TIMES = 3  # A is rounded otherwise: once, another eigenvalue may come near by chance
 ROUNDED = 1.4e-14  # of the terms of a row of A
 EVEN = 1e-13  # of the largest eigenvalue: how much of another one may be rounding
 NOTHING = 1e-10  # of the longest row of C, or of 1: what is no longer than that is rounding
@@ -153,25 +154,35 @@ def symmetric(A: Array, first: Array) -> tuple[Array, Array]:
 
 def eigenvalues(A: Array) -> Array:
     """Of real matrices, complex (runs, n); NaN where they are not found, as of what is not finite."""
-    found, good = np.full(A.shape[:2], complex(np.nan, np.nan)), np.isfinite(A).all(axis=(1, 2))
-    own = np.empty((2, int(good.sum()), A.shape[1]))
-    if own.size:
-        _routine("eigenvalues", EIGENVALUES)(_given(A[good]).copy(), own[0], own[1], np.empty((0, 0)))
-    found.real[good], found.imag[good] = own
+    found = np.full(A.shape[:2], complex(np.nan, np.nan))
+    for which, given in _sought(A, found):
+        own = np.empty((2, *given.shape[:2]))
+        _routine("eigenvalues", EIGENVALUES)(given, own[0], own[1], np.empty((0, 0)))
+        found.real[which], found.imag[which] = own
     return found
 
 
 def eigenvectors(A: Array) -> tuple[Array, Array]:
     """The same, and vectors of any length as columns (runs, n, n): of a real eigenvalue one; of a pair the real and the
     imaginary part of that of the first, whose imaginary part is positive."""
-    found, good = np.full(A.shape[:2], complex(np.nan, np.nan)), np.isfinite(A).all(axis=(1, 2))
-    own, vectors = np.empty((2, int(good.sum()), A.shape[1])), np.full(A.shape, np.nan)
-    if own.size:
-        Z = np.empty((own.shape[1], *A.shape[1:]))
-        _routine("eigenvectors", EIGENVECTORS)(_given(A[good]).copy(), Z, own[0], own[1], np.empty((1, 2)))
-        vectors[good] = Z
-    found.real[good], found.imag[good] = own
+    found, vectors = np.full(A.shape[:2], complex(np.nan, np.nan)), np.full(A.shape, np.nan)
+    for which, given in _sought(A, found):
+        own, Z = np.empty((2, *given.shape[:2])), np.empty(given.shape)
+        _routine("eigenvectors", EIGENVECTORS)(given, Z, own[0], own[1], np.empty((1, 2)))
+        vectors[which], found.real[which], found.imag[which] = Z, *own
     return found, vectors
+
+
+def _sought(A: Array, found: Array) -> Iterator[tuple[Array, Array]]:
+    """Which eigenvalues are not found yet, and matrices to find those of: rounded otherwise, where shifts went round in
+    circles."""
+    draw = np.random.default_rng(1).uniform
+    finite = np.isfinite(A).all(axis=(1, 2))
+    for n in range(TIMES):
+        which = np.flatnonzero(finite & np.isnan(found.real).any(axis=1))
+        if not len(which) or not A.shape[1]:
+            return
+        yield which, _given(A[which] * (1.0 + ROUNDED * draw(-1.0, 1.0, A.shape[1:]) if n else 1.0)).copy()
 
 
 def magnitudes(values: Array) -> Array:
@@ -187,22 +198,30 @@ def beyond_rounding(A: Array, values: Array, rates: slice, terms: Array, fastest
     sizes = magnitudes(values)
     zero: Array = sizes <= SMALL * np.maximum(sizes.max(axis=1, initial=0.0), fastest)[:, None]
     grows = growing(np.where(zero, 0.0, values)) & (values.real < SLOWLY * sizes)
-    which = np.flatnonzero((grows | (zero & (sizes > 0.0))).any(axis=1))
+    which = np.flatnonzero((zero & (sizes > 0.0)).any(axis=1))
     if len(which):
         rows = np.abs(A[which]).max(axis=2)
         rows[:, rates] = np.maximum(rows[:, rates], terms[which, None])
-        n, draw = A.shape[1], np.random.default_rng(0).uniform
-        moved = np.zeros(values[which].shape)
-        for _ in range(TIMES):
-            rounded = draw(0.5, 1.0, (n, n)) * np.where(draw(-1.0, 1.0, (n, n)) < 0.0, -1.0, 1.0)
-            others = eigenvalues(A[which] + ROUNDED * rows[:, :, None] * rounded)
-            apart = magnitudes(values[which][:, :, None] - others[:, None, :]).min(axis=2)
-            moved = np.maximum(moved, np.where(np.isnan(apart), np.inf, apart))
+        moved = _moved(A[which], values[which], np.broadcast_to(rows[:, :, None], A[which].shape))
         zero[which] &= ~(moved < FIRM * sizes[which])
+    which = np.flatnonzero(grows.any(axis=1))
+    if len(which):
+        moved = _moved(A[which], values[which], np.abs(A[which]))
         grows[which] &= ~(moved < FIRM * values.real[which])
     found = np.where(zero, 0.0, values)
     found.real[grows & ~zero] = 0.0
     return found, zero
+
+
+def _moved(A: Array, values: Array, terms: Array) -> Array:
+    """How far eigenvalues (runs, n) are from those of A at most, where entries are rounded as sums of such terms."""
+    n, draw, most = A.shape[1], np.random.default_rng(0).uniform, np.zeros(values.shape)
+    for _ in range(TIMES):
+        rounded = draw(0.5, 1.0, (n, n)) * np.where(draw(-1.0, 1.0, (n, n)) < 0.0, -1.0, 1.0)
+        others = eigenvalues(A + ROUNDED * terms * rounded)
+        apart = magnitudes(values[:, :, None] - others[:, None, :]).min(axis=2)
+        most = np.maximum(most, np.where(np.isnan(apart), np.inf, apart))
+    return most
 
 
 def growing(values: Array) -> Array:

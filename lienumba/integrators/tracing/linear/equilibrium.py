@@ -40,10 +40,14 @@ ROUNDING = 1e-9  # of the largest force there was: what may be left where nothin
 QUIET = 1e-12  # rad, and of the size: how far forces may push in a step of Newton's where they are rounding
 FAINT = 2e-15  # of the largest force that a constraint carries: what is rounding, of others and of stiffness
 SLOW = 0.5  # of the sigma with which forces move as far as a step may be, if K does not hold them
-FLAT = 1e-9  # of the largest stiffness: what holds nothing
 DOWNHILL = 1.5  # times what a step takes that leads downhill
 CLOSED = 1e-9  # rad, and of the size: by how much joints may miss each other
 SMALL = 1e-12  # of the largest pivot: what counts as 0
+TURNED = 10.0  # times a force: what is stiff by no more may be so because the force turns with what it moves
+LAST_BITS = 5e-16  # of the largest stiffness, over the size: what may be rounding of a force that nothing holds
+TINY = 1e-16  # of the largest stiffness: what is rounding of others
+EDGE = 1e-14  # of directions: what is rounding
+LEAST = 1e-14  # of it where rows and columns are of one size
 TURNING = 2  # eigenvalues that are 0 because nothing says how far, and how fast, all turns
 AT_ONCE = 2048  # runs whose stability is judged together
 STEADY = 1e-6  # of the largest force there was, and of the speed: what a steady motion may change in a radian
@@ -105,9 +109,9 @@ class _Search(Balance):
             moved, met = self._moved(which, step)
             self.mu[which] += step.dmu * moved[:, None]
             size = moved * np.abs(step.dq / self.sizes[which]).max(axis=1, initial=0.0)
-            falls = np.array([step.force, step.restless]) < last[:, which]
-            last[:, which] = step.force, step.restless
-            settled = (size < DONE) | (~falls[0] & (size < np.sqrt(DONE)))
+            falls = np.array([step.excess, step.restless]) < last[:, which]
+            last[:, which] = step.excess, step.restless
+            settled = (size < DONE) | (~falls[0] & (size < np.sqrt(DONE)) & ~step.downhill)
             rests = (step.restless < AT_REST) | (~falls[1] & (step.restless < np.sqrt(DONE)))
             done[which] = settled & rests & (step.newton | (step.force <= ROUNDING * worst[which])) & ~met
             as_before = np.abs(before[:, which] - step.force) <= ROUNDING * step.force
@@ -227,28 +231,37 @@ class _Search(Balance):
         force = np.abs(product(Q, rows.free(along))).max(axis=1, initial=0.0)
         values, ways = (np.nan_to_num(x) for x in symmetric(0.5 * (K + turned(K)), rank))
         through = solved(-P, L, np.zeros(runs, np.int64), SMALL)  # states of laws as they follow places at once
-        largest = np.abs(values).max(axis=1, initial=0.0)
-        largest = np.maximum(largest, np.abs(np.nan_to_num(product(S, through))).max(axis=(1, 2), initial=0.0))
-        lies = _lies(values, ways, rank, rows.free(along), rounded, largest) & ~_felt(ways, S, L)
-        values, along = np.where(lies, 0.0, values), along - _part(ways, lies, along)
-        falling = np.maximum(-values.min(axis=1, initial=0.0) - FLAT * largest, 0.0)
-        still = force <= QUIET * largest  # what is left is rounding
+        by_laws = np.abs(np.nan_to_num(product(S, through)))
+        largest = np.maximum(np.abs(values).max(axis=1, initial=0.0), by_laws.max(axis=(1, 2), initial=0.0))
+        far, free = np.abs(ways), np.arange(n) >= rank[:, None]
+        push = np.abs(product(turned(ways), rows.free(along)))
+        level = (far * product(rounded, far)).sum(axis=1) + TURNED * force[:, None]
+        held, flat = values > level, np.abs(values) <= level
+        rounding = product(turned(far), rounded.sum(axis=2)) + np.where(flat, LAST_BITS * largest[:, None], 0.0)
+        holds = np.maximum(np.abs(values), (far * product(by_laws, far)).sum(axis=1))
+        unmoved = push <= QUIET * holds + rounding
+        excess = np.where(unmoved | ~free, 0.0, push).max(axis=1, initial=0.0)
+        lies = free & ~held & unmoved & ~_felt(ways, S, L)
+        along = along - product(_onto(ways, lies), along)
+        falling = -np.where(held | lies, 0.0, values).min(axis=1, initial=0.0)
+        still = excess == 0.0
         sigma = np.where(still, 0.0, np.maximum(SLOW * force / self.longest[which], DOWNHILL * falling))
         scale = np.maximum(np.abs(K).max(axis=(1, 2), initial=0.0), largest) + sigma
         scale = np.where(scale > 0.0, scale, np.maximum(np.abs(S).max(axis=(1, 2), initial=0.0), 1e-300))
         stands = (np.abs(np.concatenate([L, P], axis=2)) <= EXACT * terms[:, :, None]).all(axis=2)
         stands &= restless < AT_REST
         given = _given(ways, rank, K, rounded, S, L, stands, EXACT * terms)
-        K = K + scale[:, None, None] * product(ways * lies[:, None, :], turned(ways))
-        K += sigma[:, None, None] * product(ways * ~given[:, None, :], turned(ways))
+        K = K + scale[:, None, None] * _onto(ways, lies) + sigma[:, None, None] * _onto(ways, ~given)
+        K = np.where(np.abs(K) <= TINY * scale[:, None, None], 0.0, K)
         total = np.zeros((runs, n + s, n + s))
         total[:, :n, :n], total[:, :n, n:] = K / scale[:, None, None], -S / scale[:, None, None]
-        total[:, n:, :n] = -L
-        total[:, n:, n:] = np.sqrt(sigma / scale)[:, None, None] * np.eye(s) * ~stands[:, None, :] - P
-        held = rows.within(-at.vector("positions", runs) / lengths)
-        right = [(along - product(K, held)) / scale[:, None], rates + product(L, held)]
-        x = solved(total, np.concatenate(right, axis=1), rank, SMALL)
-        moved, ds = held + x[:, :n], x[:, n:]
+        total[:, n:, :n] = -np.where(stands[:, :, None], 0.0, L)
+        total[:, n:, n:] = np.sqrt(sigma / scale)[:, None, None] * np.eye(s) - P
+        total[:, n:, n:] *= ~stands[:, :, None]
+        closing = rows.within(-at.vector("positions", runs) / lengths)
+        right = [(along - product(K, closing)) / scale[:, None], rates + product(L, closing)]
+        x = _evenly_solved(total, np.concatenate(right, axis=1), rank)
+        moved, ds = closing + x[:, :n], x[:, n:]
         self.mu[which] += rows.multipliers(along) / lengths
         dmu = rows.multipliers(product(S, ds) - product(K, moved)) / lengths
         dq = product(Q, moved)
@@ -256,7 +269,8 @@ class _Search(Balance):
         short = np.minimum(1.0, self.longest[which] / np.maximum(size, 1e-300))
         push = (rows.free(along + product(S, ds)) * moved).sum(axis=1)
         newton = (sigma <= 1e-3 * largest) | still
-        return _Step(dq * D, dmu, ds, force, push, restless.max(axis=1, initial=0.0), short, still, newton)
+        unrest = restless.max(axis=1, initial=0.0)
+        return _Step(dq * D, dmu, ds, force, excess, push, unrest, short, still, newton, falling > 0.0)
 
     def _moved(self, which: Array, step: "_Step") -> tuple[Array, Array]:
         """Move the states by as much of the step as leads to finite forces, and to nothing that closes; how much that
@@ -325,15 +339,6 @@ class _Search(Balance):
         return {"along": product(rows.Q, rows.free(along)), "laws": at.vector("laws", len(which))}
 
 
-def _lies(values: Array, ways: Array, rank: Array, along: Array, rounded: Array, largest: Array) -> Array:
-    """Along which ways, those of the columns (runs, n), nothing holds what rests, and nothing but rounding moves it:
-    there it stays, as on a top or where all is turned about an axis."""
-    push = np.abs(product(turned(ways), along))
-    rounding = product(np.abs(turned(ways)), rounded.sum(axis=2))
-    found: Array = (np.arange(values.shape[1]) >= rank[:, None]) & (values < FLAT * largest[:, None])
-    return found & (push <= QUIET * np.abs(values) + rounding)
-
-
 def _felt(ways: Array, S: Array, L: Array) -> Array:
     """Along which ways states of laws push, or are changed (runs, n)."""
     if not S.shape[2]:
@@ -359,23 +364,39 @@ def _given(
     return found & (np.arange(ways.shape[1]) >= rank[:, None])
 
 
-def _part(ways: Array, which: Array, x: Array) -> Array:
-    """What of x (runs, n) is along some ways."""
-    return product(ways, np.where(which, product(turned(ways), x), 0.0))
+def _evenly_solved(A: Array, b: Array, first: Array) -> Array:
+    """x with A x = b from `first` on, whatever the units of rows and columns: soft springs beside stiff ones."""
+    free = np.arange(A.shape[1]) >= first[:, None]
+    A = np.where(free[:, :, None] & free[:, None, :], A, 0.0)
+    rows = np.abs(A).max(axis=2)
+    rows = np.where(rows > 0.0, rows, 1.0)
+    A = A / rows[:, :, None]
+    columns = np.abs(A).max(axis=1)
+    columns = np.where(columns > 0.0, columns, 1.0)
+    return solved(A / columns[:, None, :], b / rows, first, LEAST) / columns
+
+
+def _onto(ways: Array, which: Array) -> Array:
+    """What leaves of x (runs, n) what is along some ways (runs, n, n)."""
+    found = product(ways * which[:, None, :], turned(ways))
+    return np.where(np.abs(found) <= EDGE, 0.0, np.where(np.abs(found - 1.0) <= EDGE, 1.0, found))
 
 
 @dataclass(frozen=True)
 class _Step:
-    """dmu: what multipliers change by in it; push: what the forces at its start do in it, once laws are where it leads;
-    restless: by how much states of laws do not rest, of what their rates can be; still: whether what is left of forces
-    is rounding; newton: whether the pseudo-transient part no longer counts; short: how much of it is not too long."""
+    """dmu: what multipliers change by in it; excess: the largest force that is no rounding; push: what the forces at
+    its start do in it, once laws are where it leads; restless: by how much states of laws do not rest, of what their
+    rates can be; short: how much of it is not too long; still: whether what is left of forces is rounding; newton:
+    whether the pseudo-transient part no longer counts; downhill: whether it leaves a place that does not hold."""
 
     dq: Array
     dmu: Array
     ds: Array
     force: Array
+    excess: Array
     push: Array
     restless: Array
     short: Array
     still: Array
     newton: Array
+    downhill: Array
