@@ -357,7 +357,7 @@ class Joint:
         value : number
             In N m or N.
         coordinate : str, optional
-            "angle" or "displacement", where it has both.
+            "angle" or "displacement", where it has both; by default the angle.
 
         Returns
         -------

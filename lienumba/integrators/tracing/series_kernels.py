@@ -250,7 +250,8 @@ def _step(tracer: Tracer, made: Expansion) -> Kernel:
         after = tracer.augmented.after(old, _accelerations(tracer, graph, model, made, h), h)
         augmented[count : count + len(after)] = after
     if tracer.augmented.masks:
-        augmented[-1] = maximum(margin, old[-1])
+        largest = tracer.augmented.first_mode - 1
+        augmented[largest] = maximum(margin, old[largest])
     outputs = [x for element in new for x in element] + augmented
     outputs += [verdict(0.0, square, sound, sound), *([margin] if tracer.augmented.masks else [])]
     rows = list(range(len(outputs)))
