@@ -14,13 +14,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.compiler.dense.decompositions import Rows, product, solved, symmetric, turned
+from lienumba.compiler.dense.decompositions import Rows, product, solved, turned
 from lienumba.integrators.codes import FOUND, NONE_FOUND, NOT_ISOLATED, UNSTABLE
 from lienumba.integrators.tracing.linear.balance import Balance, Motion, by_places
 from lienumba.integrators.tracing.linear.equations import STATE, UNKNOWN, Linear
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.integrators.tracing.linear.stability import Near, stability
 from lienumba.integrators.tracing.linear.unbalanced import PLACES, analytic, unbalanced
+from lienumba.integrators.tracing.linear.ways import Ways
 from lienumba.mechanics.mechanism.kinematics import OFF
 from lienumba.mechanics.mechanism.model import Model
 
@@ -37,16 +38,12 @@ AT_REST = 1e-12  # of what the terms of the rate of a law's state can be: what m
 GROWS = 4.0  # times the largest rate there was, a step may make of such a rate
 DONE = 1e-13  # rad, and of the size: a step of Newton's that is shorter changes nothing
 ROUNDING = 1e-9  # of the largest force there was: what may be left where nothing falls any more
-QUIET = 1e-12  # rad, and of the size: how far forces may push in a step of Newton's where they are rounding
 FAINT = 2e-15  # of the largest force that a constraint carries: what is rounding, of others and of stiffness
 SLOW = 0.5  # of the sigma with which forces move as far as a step may be, if K does not hold them
 DOWNHILL = 1.5  # times what a step takes that leads downhill
 CLOSED = 1e-9  # rad, and of the size: by how much joints may miss each other
 SMALL = 1e-12  # of the largest pivot: what counts as 0
-TURNED = 10.0  # times a force: what is stiff by no more may be so because the force turns with what it moves
-LAST_BITS = 5e-16  # of the largest stiffness, over the size: what may be rounding of a force that nothing holds
 TINY = 1e-16  # of the largest stiffness: what is rounding of others
-EDGE = 1e-14  # of directions: what is rounding
 LEAST = 1e-14  # of it where rows and columns are of one size
 TURNING = 2  # eigenvalues that are 0 because nothing says how far, and how fast, all turns
 AT_ONCE = 2048  # runs whose stability is judged together
@@ -229,29 +226,19 @@ class _Search(Balance):
         restless = np.abs(rates) / np.maximum(terms, 1e-300)
         self.fastest[which] = np.maximum(self.fastest[which], np.maximum(np.abs(rates), AT_REST * terms))
         force = np.abs(product(Q, rows.free(along))).max(axis=1, initial=0.0)
-        values, ways = (np.nan_to_num(x) for x in symmetric(0.5 * (K + turned(K)), rank))
         through = solved(-P, L, np.zeros(runs, np.int64), SMALL)  # states of laws as they follow places at once
         by_laws = np.abs(np.nan_to_num(product(S, through)))
-        largest = np.maximum(np.abs(values).max(axis=1, initial=0.0), by_laws.max(axis=(1, 2), initial=0.0))
-        far, free = np.abs(ways), np.arange(n) >= rank[:, None]
-        push = np.abs(product(turned(ways), rows.free(along)))
-        level = (far * product(rounded, far)).sum(axis=1) + TURNED * force[:, None]
-        held, flat = values > level, np.abs(values) <= level
-        rounding = product(turned(far), rounded.sum(axis=2)) + np.where(flat, LAST_BITS * largest[:, None], 0.0)
-        holds = np.maximum(np.abs(values), (far * product(by_laws, far)).sum(axis=1))
-        unmoved = push <= QUIET * holds + rounding
-        excess = np.where(unmoved | ~free, 0.0, push).max(axis=1, initial=0.0)
-        lies = free & ~held & unmoved & ~_felt(ways, S, L)
-        along = along - product(_onto(ways, lies), along)
-        falling = -np.where(held | lies, 0.0, values).min(axis=1, initial=0.0)
-        still = excess == 0.0
+        ways = Ways.of(K, rounded, rows.free(along), force, by_laws, rank)
+        largest, still, lies = ways.largest, ways.excess == 0.0, ways.unheld & ~ways.felt(S, L)
+        along = along - product(ways.onto(lies), along)
+        falling = ways.falling(lies)
         sigma = np.where(still, 0.0, np.maximum(SLOW * force / self.longest[which], DOWNHILL * falling))
         scale = np.maximum(np.abs(K).max(axis=(1, 2), initial=0.0), largest) + sigma
         scale = np.where(scale > 0.0, scale, np.maximum(np.abs(S).max(axis=(1, 2), initial=0.0), 1e-300))
         stands = (np.abs(np.concatenate([L, P], axis=2)) <= EXACT * terms[:, :, None]).all(axis=2)
         stands &= restless < AT_REST
-        given = _given(ways, rank, K, rounded, S, L, stands, EXACT * terms)
-        K = K + scale[:, None, None] * _onto(ways, lies) + sigma[:, None, None] * _onto(ways, ~given)
+        given = ways.level(K, rounded) & ways.balanced(S, L, stands, EXACT * terms)
+        K = K + scale[:, None, None] * ways.onto(lies) + sigma[:, None, None] * ways.onto(~given)
         K = np.where(np.abs(K) <= TINY * scale[:, None, None], 0.0, K)
         total = np.zeros((runs, n + s, n + s))
         total[:, :n, :n], total[:, :n, n:] = K / scale[:, None, None], -S / scale[:, None, None]
@@ -270,7 +257,7 @@ class _Search(Balance):
         push = (rows.free(along + product(S, ds)) * moved).sum(axis=1)
         newton = (sigma <= 1e-3 * largest) | still
         unrest = restless.max(axis=1, initial=0.0)
-        return _Step(dq * D, dmu, ds, force, excess, push, unrest, short, still, newton, falling > 0.0)
+        return _Step(dq * D, dmu, ds, force, ways.excess, push, unrest, short, still, newton, falling > 0.0)
 
     def _moved(self, which: Array, step: "_Step") -> tuple[Array, Array]:
         """Move the states by as much of the step as leads to finite forces, and to nothing that closes; how much that
@@ -339,31 +326,6 @@ class _Search(Balance):
         return {"along": product(rows.Q, rows.free(along)), "laws": at.vector("laws", len(which))}
 
 
-def _felt(ways: Array, S: Array, L: Array) -> Array:
-    """Along which ways states of laws push, or are changed (runs, n)."""
-    if not S.shape[2]:
-        return np.zeros(ways.shape[::2], bool)
-    pushed, changes = np.abs(product(turned(ways), S)), np.abs(product(L, ways))
-    found: Array = (pushed > SMALL * pushed.max(axis=(1, 2), keepdims=True)).any(axis=2)
-    return found | (changes > SMALL * changes.max(axis=(1, 2), keepdims=True)).any(axis=1)
-
-
-def _given(
-    ways: Array, rank: Array, K: Array, rounded: Array, S: Array, L: Array, stands: Array, still: Array
-) -> Array:
-    """Along which ways (runs, n) nothing changes, as where all turns about the axis, and where states of laws push that
-    nothing changes (stands), as of a motor that is at its speed: these are what balances forces. still (runs, s): what
-    is 0 of a rate."""
-    if not S.shape[2]:
-        return np.zeros(ways.shape[::2], bool)
-    pushed = np.abs(product(turned(ways), np.where(stands[:, None, :], S, 0.0)))
-    rounding = product(rounded, np.abs(ways)).sum(axis=1)
-    level = np.maximum(np.abs(product(K, ways)).max(axis=1), np.abs(product(turned(K), ways)).max(axis=1)) <= rounding
-    level &= (np.abs(product(L, ways)) <= still[:, :, None]).all(axis=1)
-    found: Array = level & (pushed > SMALL * np.abs(S).max(axis=(1, 2), keepdims=True)).any(axis=2)
-    return found & (np.arange(ways.shape[1]) >= rank[:, None])
-
-
 def _evenly_solved(A: Array, b: Array, first: Array) -> Array:
     """x with A x = b from `first` on, whatever the units of rows and columns: soft springs beside stiff ones."""
     free = np.arange(A.shape[1]) >= first[:, None]
@@ -374,12 +336,6 @@ def _evenly_solved(A: Array, b: Array, first: Array) -> Array:
     columns = np.abs(A).max(axis=1)
     columns = np.where(columns > 0.0, columns, 1.0)
     return solved(A / columns[:, None, :], b / rows, first, LEAST) / columns
-
-
-def _onto(ways: Array, which: Array) -> Array:
-    """What leaves of x (runs, n) what is along some ways (runs, n, n)."""
-    found = product(ways * which[:, None, :], turned(ways))
-    return np.where(np.abs(found) <= EDGE, 0.0, np.where(np.abs(found - 1.0) <= EDGE, 1.0, found))
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,86 @@
+"""What is soft, falls or grows slowly beside what is stiff by many orders: it is judged as if it were alone."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import lienumba
+
+G = 9.81
+SHORT = {"integrator": {"method": "dop853", "tolerance": 1e-10, "end_time": 0.1}}
+TURNS = [Rotation.identity(), *Rotation.random(2, random_state=7)]
+
+
+def numbers(x: Any) -> list[float]:
+    return [float(y) for y in x]
+
+
+def body(name: str, turn: Rotation, place: Any) -> dict[str, Any]:
+    return {"name": name, "mass": 1.0, "inertia": [0.1, 0.12, 0.15], "position": numbers(turn.apply(place)),
+            "rotation": numbers(turn.as_quat()[[3, 0, 1, 2]])}  # fmt: skip
+
+
+def mount(turn: Rotation, stiffness: float) -> dict[str, Any]:
+    return {"type": "bushing", "bodies": ["ground", "mount"], "points": [numbers(turn.apply([0, 2, 0])), [0, 0, 0]],
+            "stiffness": [stiffness] * 3, "damping": [1.0] * 3, "rotational_stiffness": [stiffness] * 3,
+            "rotational_damping": [1.0] * 3}  # fmt: skip
+
+
+def slide(turn: Rotation, base: str, off: float, force: str, stiffness: float) -> dict[str, Any]:
+    """A body on a slide, beside a mount, or on it."""
+    along = {"name": "slide", "type": "prismatic", "bodies": [base, "box"], "at": numbers(turn.apply([off, 0, 0])),
+             "axis": numbers(turn.apply([1, 0, 0]))}  # fmt: skip
+    return {
+        "model": {
+            "gravity": [0, 0, 0],
+            "bodies": [body("box", turn, [off, 0, 0]), body("mount", turn, [0, 2, 0])],
+            "joints": [along],
+            "quantities": [{"name": "s", "type": "joint", "joint": "slide"}],
+            "forces": [{"type": "actuator", "joint": "slide", "value": force}, mount(turn, stiffness)],
+        },
+        **SHORT,
+    }
+
+
+@pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("base", ["ground", "mount"])
+@pytest.mark.parametrize(("soft", "stiff"), [(1.0, 1e6), (0.01, 1e9), (1.0, 1e12)])
+@pytest.mark.parametrize("off", [1.0, 1e-4])
+def test_a_soft_spring_moves_what_is_on_it(turn: Rotation, base: str, soft: float, stiff: float, off: float) -> None:
+    force = f"-{soft!r}*s.displacement - {soft * off!r} - 0.1*s.speed"
+    found = lienumba.equilibrium(slide(turn, base, off, force, stiff))
+    assert found.status.item() == 0
+    moved = turn.inv().apply(found.position.values[0, 0]) - [0, 0, 0]
+    known = 1e-15 * stiff / soft  # of a place: rounding of what the stiff one exerts
+    np.testing.assert_allclose(moved, 0.0, atol=1e-12 + (known if base == "mount" else 0.0))
+
+
+@pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("stiff", [1e6, 1e9, 1e12])
+@pytest.mark.parametrize("damping", [-1e-4, -1e-5, 1e-5])
+def test_slow_growth_beside_a_stiff_mount_is_growth(turn: Rotation, stiff: float, damping: float) -> None:
+    found = lienumba.equilibrium(slide(turn, "ground", 0.0, f"-s.displacement - {damping!r}*s.speed", stiff))
+    assert found.status.item() == (2 if damping < 0 else 0)
+    modes = lienumba.modes(slide(turn, "ground", 0.0, f"-s.displacement - {damping!r}*s.speed", stiff))
+    assert modes.stable.item() == (damping > 0)
+    if damping < 0:
+        assert found.growth.item() == pytest.approx(-0.5 * damping, rel=1e-6)
+        assert modes.growth.max().item() == pytest.approx(-0.5 * damping, rel=1e-6)
+
+
+@pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("stiff", [1e6, 1e12])
+@pytest.mark.parametrize("off", [3.0, 1e-3, 1e-7])
+def test_a_pendulum_falls_from_its_top_beside_a_stiff_mount(turn: Rotation, stiff: float, off: float) -> None:
+    tilt = turn * Rotation.from_rotvec([0.0, off, 0.0])
+    bob = {**body("bob", tilt, [0, 0, 0.5]), "inertia": [0.01] * 3}
+    hinge = {"name": "hinge", "type": "revolute", "bodies": ["ground", "bob"], "at": [0, 0, 0],
+             "axis": numbers(turn.apply([0, 1, 0]))}  # fmt: skip
+    found = lienumba.equilibrium({
+        "model": {"gravity": numbers(turn.apply([0, 0, -G])), "bodies": [bob, body("mount", turn, [0, 2, 0])],
+                  "joints": [hinge], "forces": [mount(turn, stiff)]}, **SHORT,
+    })  # fmt: skip
+    assert found.status.item() == 0
+    np.testing.assert_allclose(turn.inv().apply(found.position.values[0, 0]), [0, 0, -0.5], atol=1e-12)
