@@ -238,7 +238,7 @@ class _Search(Balance):
         stands = (np.abs(np.concatenate([L, P], axis=2)) <= EXACT * terms[:, :, None]).all(axis=2)
         stands &= restless < AT_REST
         given = ways.level(K, rounded) & ways.balanced(S, L, stands, EXACT * terms)
-        K = K + scale[:, None, None] * ways.onto(lies) + sigma[:, None, None] * ways.onto(~given)
+        K = K + scale[:, None, None] * ways.onto(lies) + sigma[:, None, None] * (np.eye(n) - ways.onto(given))
         K = np.where(np.abs(K) <= TINY * scale[:, None, None], 0.0, K)
         total = np.zeros((runs, n + s, n + s))
         total[:, :n, :n], total[:, :n, n:] = K / scale[:, None, None], -S / scale[:, None, None]

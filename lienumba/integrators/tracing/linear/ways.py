@@ -63,6 +63,8 @@ class Ways:
 
     def onto(self, which: Array) -> Array:
         """The projection onto some of them (runs, n, n)."""
+        if not which.any():
+            return np.zeros(self.V.shape)
         found = product(self.V * which[:, None, :], turned(self.V))
         return np.where(np.abs(found) <= EDGE, 0.0, np.where(np.abs(found - 1.0) <= EDGE, 1.0, found))
 
