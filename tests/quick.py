@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 COSTS = Path(__file__).with_name("costs.csv")
-PARTS = {"quick": (0.15, 0.05), "daily": (2.0, 0.7)}  # s of one core: the first case of a function, all its cases
+PARTS = {"quick": (0.15, 0.05), "daily": (1.0, 0.3)}  # s of one core: the first case of a function, all its cases
 TOLD = 0.03  # s; functions that take less in all are not in the file
 UNKNOWN = 0.01, 0.002  # s, of the first case of such a function, and of each other
 
