@@ -237,7 +237,7 @@ class _Search(Balance):
         scale = np.where(scale > 0.0, scale, np.maximum(np.abs(S).max(axis=(1, 2), initial=0.0), 1e-300))
         stands = (np.abs(np.concatenate([L, P], axis=2)) <= EXACT * terms[:, :, None]).all(axis=2)
         stands &= restless < AT_REST
-        given = ways.level(K, rounded) & ways.balanced(S, L, stands, EXACT * terms)
+        given = ways.balanced(K, rounded, S, L, stands, EXACT * terms)
         K = K + scale[:, None, None] * ways.onto(lies) + sigma[:, None, None] * (np.eye(n) - ways.onto(given))
         K = np.where(np.abs(K) <= TINY * scale[:, None, None], 0.0, K)
         total = np.zeros((runs, n + s, n + s))
@@ -257,7 +257,7 @@ class _Search(Balance):
         push = (rows.free(along + product(S, ds)) * moved).sum(axis=1)
         newton = (sigma <= 1e-3 * largest) | still
         unrest = restless.max(axis=1, initial=0.0)
-        return _Step(dq * D, dmu, ds, force, ways.excess, push, unrest, short, still, newton, falling > 0.0)
+        return _Step(dq * D, dmu, ds, force, ways.excess, push, unrest, short, newton, falling > 0.0)
 
     def _moved(self, which: Array, step: "_Step") -> tuple[Array, Array]:
         """Move the states by as much of the step as leads to finite forces, and to nothing that closes; how much that
@@ -342,8 +342,8 @@ def _evenly_solved(A: Array, b: Array, first: Array) -> Array:
 class _Step:
     """dmu: what multipliers change by in it; excess: the largest force that is no rounding; push: what the forces at
     its start do in it, once laws are where it leads; restless: by how much states of laws do not rest, of what their
-    rates can be; short: how much of it is not too long; still: whether what is left of forces is rounding; newton:
-    whether the pseudo-transient part no longer counts; downhill: whether it leaves a place that does not hold."""
+    rates can be; short: how much of it is not too long; newton: whether the pseudo-transient part no longer counts;
+    downhill: whether it leaves a place that does not hold."""
 
     dq: Array
     dmu: Array
@@ -353,6 +353,10 @@ class _Step:
     push: Array
     restless: Array
     short: Array
-    still: Array
     newton: Array
     downhill: Array
+
+    @property
+    def still(self) -> Array:
+        """Whether what is left of forces is rounding."""
+        return self.excess == 0.0

@@ -76,18 +76,16 @@ class Ways:
         found: Array = (pushed > SMALL * pushed.max(axis=(1, 2), keepdims=True)).any(axis=2)
         return found | (changes > SMALL * changes.max(axis=(1, 2), keepdims=True)).any(axis=1)
 
-    def level(self, K: Array, rounded: Array) -> Array:
-        """Along which ones no force changes, as where all turns about the axis."""
-        rounding = product(rounded, np.abs(self.V)).sum(axis=1)
-        changes = np.maximum(np.abs(product(K, self.V)).max(axis=1), np.abs(product(turned(K), self.V)).max(axis=1))
-        found: Array = self.free & (changes <= rounding)
-        return found
-
-    def balanced(self, S: Array, L: Array, stands: Array, still: Array) -> Array:
-        """Along which ones states of laws push that nothing changes (stands: runs, s), as of a motor that is at its
-        speed: these are what balances forces. still (runs, s): what is 0 of a rate."""
+    def balanced(self, K: Array, rounded: Array, S: Array, L: Array, stands: Array, still: Array) -> Array:
+        """Along which ones no force changes, as where all turns about the axis, but states of laws push that nothing
+        changes (stands: runs, s), as of a motor that is at its speed: these are what balances forces. still (runs, s):
+        what is 0 of a rate."""
         if not S.shape[2]:
             return np.zeros(self.values.shape, bool)
-        pushed = np.abs(product(turned(self.V), np.where(stands[:, None, :], S, 0.0)))
+        rounding = product(rounded, np.abs(self.V)).sum(axis=1)
+        changes = np.maximum(np.abs(product(K, self.V)).max(axis=1), np.abs(product(turned(K), self.V)).max(axis=1))
         unchanged = np.asarray((np.abs(product(L, self.V)) <= still[:, :, None]).all(axis=1))
-        return unchanged & (pushed > SMALL * np.abs(S).max(axis=(1, 2), keepdims=True)).any(axis=2)
+        pushed = np.abs(product(turned(self.V), np.where(stands[:, None, :], S, 0.0)))
+        pushes = np.asarray((pushed > SMALL * np.abs(S).max(axis=(1, 2), keepdims=True)).any(axis=2))
+        found: Array = self.free & (changes <= rounding) & unchanged & pushes
+        return found
