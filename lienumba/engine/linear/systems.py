@@ -84,6 +84,11 @@ class Recorded:
         """What says the accelerations and multipliers."""
         return self.equations.only(("a", "mu"))
 
+    @cached_property
+    def _pushes(self) -> Equations:
+        """The stiffness and damping of all that pushes."""
+        return self.equations.only(("q", "v"), ("along",))
+
     def solved(self, states: States) -> tuple[list[Array], list[Array]]:
         """The accelerations and multipliers of all runs, each number (runs,); of redundant rows the least ones."""
         n, m, runs = len(self.equations.columns["a"]), len(self.equations.columns["mu"]), len(states.labels)
@@ -107,7 +112,7 @@ class Recorded:
         a, mu = self.solved(states)
         found, runs = self._at(self.equations, states, a, mu), len(states.labels)
         multipliers = np.array(mu).T if mu else np.zeros((runs, 0))
-        counts = terms(found, multipliers, np.ones((runs, len(a))))
+        counts = terms(found, self._at(self._pushes.terms, states, a, mu), multipliers, np.ones((runs, len(a))))
         T, gamma, carried = self._axes(found, states, turning)
         turns, back = bool(turning_links(self.tracer.tree(self.tracer.graph()[1]))), turned(T)
 

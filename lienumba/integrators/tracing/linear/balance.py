@@ -60,10 +60,18 @@ class Motion:
     carried: Carried
 
 
+@dataclass(frozen=True)
+class Sums:
+    """How large what forces (runs, n), and their derivatives by the places (runs, n, n), are sums of is."""
+
+    force: Array
+    slopes: Array
+
+
 class Balance:
     """state: with all at rest; mu: multipliers of the rows in use (runs, m); held: 1 for those of places, else 0; most,
     others (runs,): how many rows say something, with and without those of stops and contacts; sizes (runs, n); forces,
-    gaps, masses, constraints, constraint_slopes: parts of `equations` that are looked at alone, and which cost far
+    pushes, gaps, masses, constraints, constraint_slopes: parts of `equations` that are looked at alone, and which cost far
     less; standing: what holds the runs."""
 
     def __init__(
@@ -74,6 +82,7 @@ class Balance:
         self.turns = (self.rotation != 0.0).any(axis=0)
         self.equations = Equations.of(tracer, _Held(laws=tracer.law_states))
         self.forces = self.equations.only((), ("along", "laws"))
+        self.pushes = self.equations.only(("q", "v", "a"), ("along",))
         self.gaps = self.equations.only((), ("gaps",))
         self.masses = self.equations.only(("a",), ("along", "rows"))
         self.constraints = self.equations.only(("a",), ("rows", "rates"))
@@ -193,6 +202,23 @@ class Balance:
         state, motion = self.moving(state, which)
         a = np.zeros((len(which), self.n)) if motion is None else motion.a
         return state, self.at(state, a, self.mu[which], which, equations), motion
+
+    def summed(self, state: Array, motion: Motion | None, which: Array) -> Linear:
+        """How large what forces and their derivatives are sums of is."""
+        a = np.zeros((len(which), self.n)) if motion is None else motion.a
+        return self.at(state, a, self.mu[which], which, self.pushes.terms)
+
+    def sums(self, state: Array, motion: Motion | None, which: Array) -> Sums:
+        """Of the forces where a state moves as it should. What turns with the rotation is rounded as a whole."""
+        runs, at = len(which), self.summed(state, motion, which)
+        force, slopes = at.vector("along", runs), by_places(at, "along", motion, runs)[1]
+        if motion is not None:
+            for by, x in (("v", state[self.rates].T), ("a", motion.a)):
+                own, sizes = at.dense("along", by, runs), self.sizes[which]
+                most = np.abs(x / sizes).max(axis=1, initial=0.0)[:, None]
+                force += product(own, most * sizes)
+                slopes += own * most[:, :, None]
+        return Sums(force, slopes)
 
     # ---------------------------------------------------------------- elsewhere
     def elsewhere(self, state: Array, dq: Array, ds: Array, which: Array) -> Array:

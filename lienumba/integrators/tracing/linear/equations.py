@@ -26,6 +26,7 @@ import numpy as np
 from lienumba.compiler.derivatives import Tape, partials
 from lienumba.compiler.series import FUNCTIONS
 from lienumba.compiler.symbols import Graph, Symbol
+from lienumba.compiler.terms import terms
 from lienumba.integrators import layout
 from lienumba.integrators.tracing.tracer import Posture, Tracer
 from lienumba.mechanics.mechanism.kinematics import Instant
@@ -161,6 +162,13 @@ class Equations:
     @cached_property
     def _tape(self) -> Tape:
         return Tape.of([*self.values, *self.entries.values()])
+
+    @cached_property
+    def terms(self) -> "Equations":
+        """The same, of how large what each number is a sum of is."""
+        found = terms([*self.values, *self.entries.values()])
+        values, slopes = found[: len(self.values)], found[len(self.values) :]
+        return replace(self, values=values, entries=dict(zip(self.entries, slopes, strict=True)))
 
     @property
     def moving(self) -> Any:

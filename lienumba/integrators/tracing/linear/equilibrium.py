@@ -38,7 +38,7 @@ AT_REST = 1e-12  # of what the terms of the rate of a law's state can be: what m
 GROWS = 4.0  # times the largest rate there was, a step may make of such a rate
 DONE = 1e-13  # rad, and of the size: a step of Newton's that is shorter changes nothing
 ROUNDING = 1e-9  # of the largest force there was: what may be left where nothing falls any more
-FAINT = 2e-15  # of the largest force that a constraint carries: what is rounding, of others and of stiffness
+FAINT = 1e-15  # of what a number is a sum of: what is rounding of it
 SLOW = 0.5  # of the sigma with which forces move as far as a step may be, if K does not hold them
 DOWNHILL = 1.5  # times what a step takes that leads downhill
 CLOSED = 1e-9  # rad, and of the size: by how much joints may miss each other
@@ -108,7 +108,8 @@ class _Search(Balance):
             size = moved * np.abs(step.dq / self.sizes[which]).max(axis=1, initial=0.0)
             falls = np.array([step.excess, step.restless]) < last[:, which]
             last[:, which] = step.excess, step.restless
-            settled = (size < DONE) | (~falls[0] & (size < np.sqrt(DONE)) & ~step.downhill)
+            little = step.still | (step.force <= np.maximum(ROUNDING * worst[which], 1e-12))
+            settled = (size < DONE) | (~falls[0] & (size < np.sqrt(DONE)) & ~step.downhill & little)
             rests = (step.restless < AT_REST) | (~falls[1] & (step.restless < np.sqrt(DONE)))
             done[which] = settled & rests & (step.newton | (step.force <= ROUNDING * worst[which])) & ~met
             as_before = np.abs(before[:, which] - step.force) <= ROUNDING * step.force
@@ -173,12 +174,13 @@ class _Search(Balance):
         if not rows.any():
             return np.zeros(self.runs)
         every, draw = np.arange(self.runs), np.random.default_rng(0).uniform
-        forces = []
+        forces, none = [], np.zeros((self.runs, self.n))
         for _ in range(PLACES):
             dq = draw(-1.0, 1.0, self.n) * self.sizes
             state = self.elsewhere(self.state, dq, np.zeros((self.runs, self.tracer.laws)), every)
-            at = self.at(state, np.zeros((self.runs, self.n)), self.mu, every, self.forces)
-            forces.append((at.vector("along", self.runs) * self.sizes)[:, rows])
+            own, sums = (self.at(state, none, self.mu, every, x).vector("along", self.runs) for x in (self.forces, self.forces.terms))
+            own = np.where(np.abs(own) <= FAINT * sums, 0.0, own)
+            forces.append((own * self.sizes)[:, rows])
         return np.where(self.turns, 0.0, unbalanced(np.array(forces)))
 
     def _judged(self, which: Array, worst: Array) -> tuple[Array, Array]:
@@ -190,7 +192,7 @@ class _Search(Balance):
         gamma = np.zeros((len(which), self.n, self.n)) if motion is None else motion.carried.rates_by
         lambda_ = np.zeros_like(gamma) if motion is None else motion.carried.shifts_by
         near = Near(
-            at, self.mu[which], rows, self.rows_of(at, which, self.held)[0], lengths, self.sizes[which], gamma, lambda_
+            at, self.summed(state, motion, which), self.mu[which], rows, self.rows_of(at, which, self.held)[0], lengths, self.sizes[which], gamma, lambda_
         )
         found = stability(near)
         drifts = found.zeros > np.where(self.turns[which], TURNING, 0)
@@ -204,18 +206,13 @@ class _Search(Balance):
         state, at, motion = self.looked(self.state[:, which], which, self.equations)
         rows, lengths = self.rows_of(at, which)
         Q, Qt, rank = rows.Q, turned(rows.Q), rows.rank
+        sums = self.sums(state, motion, which)
         along = product(Qt, at.vector("along", runs) * D)
-        carried = np.maximum(
-            np.abs(along).max(axis=1, initial=0.0), np.abs(self.mu[which] * lengths).max(axis=1, initial=0.0)
-        )
-        noise = FAINT * carried[:, None]
-        along = np.where((np.abs(along) <= noise) & (np.arange(n) >= rank[:, None]), 0.0, along)
-        K, rounded = by_places(at, "along", motion, runs)
-        if motion is not None:  # weights that turn, as much of them as there is where they cancel
-            rounded += np.abs(at.dense("along", "a", runs)) * (self.rotation[:, which] ** 2).sum(axis=0)[:, None, None]
+        noise = FAINT * product(np.abs(Qt), sums.force * D)
+        K, rounded = by_places(at, "along", motion, runs)[0], sums.slopes
         K, rounded = (x * D[:, None, :] * D[:, :, None] for x in (K, rounded))
         K = product(Qt, product(-K, Q))
-        rounded = FAINT * product(np.abs(Qt), product(rounded, np.abs(Q))) + noise[:, :, None]
+        rounded = FAINT * product(np.abs(Qt), product(rounded, np.abs(Q)))
         K = np.where(np.abs(K) <= rounded, 0.0, K)
         S = product(Qt, at.dense("along", "laws", runs) * D[:, :, None])
         L, P = product(by_places(at, "laws", motion, runs)[0] * D[:, None, :], Q), at.dense("laws", "laws", runs)
@@ -228,9 +225,9 @@ class _Search(Balance):
         force = np.abs(product(Q, rows.free(along))).max(axis=1, initial=0.0)
         through = solved(-P, L, np.zeros(runs, np.int64), SMALL)  # states of laws as they follow places at once
         by_laws = np.abs(np.nan_to_num(product(S, through)))
-        ways = Ways.of(K, rounded, rows.free(along), force, by_laws, rank)
+        ways = Ways.of(K, rounded, noise, rows.free(along), force, by_laws, rank)
         largest, still, lies = ways.largest, ways.excess == 0.0, ways.unheld & ~ways.felt(S, L)
-        along = along - product(ways.onto(lies), along)
+        along = along - product(ways.onto(ways.unheld), along)
         falling = ways.falling(lies)
         sigma = np.where(still, 0.0, np.maximum(SLOW * force / self.longest[which], DOWNHILL * falling))
         scale = np.maximum(np.abs(K).max(axis=(1, 2), initial=0.0), largest) + sigma
@@ -311,6 +308,8 @@ class _Search(Balance):
                 change = product(rows.Q, rows.free(product(turned(rows.Q), change)))
             terms = [np.abs(slopes[by]).max(axis=(1, 2), initial=0.0) * np.abs(x).max(axis=1) for by, x in ways.items()]
             terms.append(np.abs(slopes["v"]).max(axis=(1, 2), initial=0.0) * np.abs(rates).max(axis=1) * speed)
+            if of == "along":
+                terms.append((self.sums(state, motion, which).force * D).max(axis=1, initial=0.0) * speed)
             most = STEADY * speed * worst + EXACT * np.max(terms, axis=0)
             good &= np.abs(change).max(axis=1, initial=0.0) <= most
             for found in there:  # what is left of laws where they rest is left of them there, too

@@ -26,11 +26,12 @@ SMALL = 1e-13  # of the largest pivot of the masses
 
 @dataclass(frozen=True)
 class Near:
-    """What is known of a state: the equations there, the multipliers of their rows (runs, m), the constraints of rates
+    """What is known of a state: the equations there, how large what these are sums of is, the multipliers of their rows (runs, m), the constraints of rates
     and those of places among them, how long the rows of both were, the sizes of coordinates (runs, n); gamma, lambda_
     (runs, n, n). Their "halted" states of laws (runs, s), where they are not 0, move no more."""
 
     at: Linear
+    sums: Linear
     mu: Array
     rows: Rows
     places: Rows
@@ -54,7 +55,7 @@ def stability(near: Near) -> Stability:
     """growth is NaN where there are no finite equations."""
     runs = len(near.sizes)
     growth, grows, zeros = np.full(runs, np.nan), np.zeros(runs, bool), np.zeros(runs, int)
-    accelerations, fastest = terms(near.at, near.mu, near.sizes)
+    accelerations, fastest = terms(near.at, near.sums, near.mu, near.sizes)
     for which, A, rates in _systems(near):
         values, nothing = beyond_rounding(A, eigenvalues(A), rates, accelerations[which], fastest[which])
         growth[which] = values.real.max(axis=1, initial=-np.inf)
@@ -63,14 +64,14 @@ def stability(near: Near) -> Stability:
     return Stability(growth, grows, zeros)
 
 
-def terms(at: Linear, mu: Array, sizes: Array) -> tuple[Array, Array]:
+def terms(at: Linear, sums: Linear, mu: Array, sizes: Array) -> tuple[Array, Array]:
     """Of one coordinate without the others what its stiffness and damping give it, at most (runs,): as an acceleration
-    in a unit and at a unit of speed, and how fast (1/s) that could move it. What constraints carry counts as stiffness:
-    turned, it is some."""
+    in a unit and at a unit of speed, and how fast (1/s) that could move it. sums: `Equations.terms` there, since what
+    cancels is rounded as what it is a sum of. What constraints carry counts as stiffness: turned, it is some."""
     D, runs = sizes, len(sizes)
     carried = (np.abs(at.dense("rows", "a", runs) * mu[:, :, None]) * D[:, None, :]).sum(axis=1)
-    K, damping, M = (np.abs(at.dense("along", by, runs)) * D[:, None, :] * D[:, :, None] for by in ("q", "v", "a"))
-    masses = M.diagonal(axis1=1, axis2=2)
+    K, damping = (sums.dense("along", by, runs) * D[:, None, :] * D[:, :, None] for by in ("q", "v"))
+    masses = np.abs(at.dense("along", "a", runs).diagonal(axis1=1, axis2=2)) * D * D
     with np.errstate(all="ignore"):
         stiff, damped = np.maximum(K.max(axis=2), carried) / masses, damping.max(axis=2) / masses
     stiff, damped = (np.where(np.isfinite(x), x, 0.0).max(axis=1, initial=0.0) for x in (stiff, damped))

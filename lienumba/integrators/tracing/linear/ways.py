@@ -15,7 +15,6 @@ from lienumba.compiler.dense.decompositions import product, symmetric, turned
 Array = npt.NDArray[Any]
 QUIET = 1e-12  # rad, and of the size: how far forces may push where they are rounding
 TURNED = 10.0  # times a force: what is stiff by no more may be so because the force turns with what it moves
-LAST_BITS = 5e-16  # of the largest stiffness, over the size: what may be rounding of a force that nothing holds
 EDGE = 1e-14  # of directions: what is rounding
 SMALL = 1e-12  # of the largest of its kind: what counts as 0
 
@@ -35,17 +34,16 @@ class Ways:
     largest: Array
 
     @staticmethod
-    def of(K: Array, rounded: Array, along: Array, force: Array, by_laws: Array, rank: Array) -> "Ways":
+    def of(K: Array, rounded: Array, noise: Array, along: Array, force: Array, by_laws: Array, rank: Array) -> "Ways":
         """K (runs, n, n): the stiffness, the first `rank` rows and columns of which constraints decide; rounded: what
-        may be rounding of it; along (runs, n): forces, the largest of which is `force`; by_laws: as K, sizes of what
+        may be rounding of it; noise (runs, n): of forces; along (runs, n): forces, the largest of which is `force`; by_laws: as K, sizes of what
         laws do as their states follow places."""
         values, V = (np.nan_to_num(x) for x in symmetric(0.5 * (K + turned(K)), rank))
         largest = np.maximum(np.abs(values).max(axis=1, initial=0.0), by_laws.max(axis=(1, 2), initial=0.0))
         far, free = np.abs(V), np.arange(K.shape[1]) >= rank[:, None]
         push = np.abs(product(turned(V), along))
         level = (far * product(rounded, far)).sum(axis=1) + TURNED * force[:, None]
-        flat = np.abs(values) <= level
-        rounding = product(turned(far), rounded.sum(axis=2)) + np.where(flat, LAST_BITS * largest[:, None], 0.0)
+        rounding = product(turned(far), rounded.sum(axis=2) + noise)
         holds = np.maximum(np.abs(values), (far * product(by_laws, far)).sum(axis=1))
         unmoved = push <= QUIET * holds + rounding
         excess = np.where(unmoved | ~free, 0.0, push).max(axis=1, initial=0.0)

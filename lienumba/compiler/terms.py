@@ -1,0 +1,37 @@
+"""How large what a graph computes is a sum of: what rounding leaves of sums that should be 0.
+
+To first order every input x changes a value by its derivative times dx. Where each change of an operand is carried to
+the result by its size, so that none cancels another, and each dx is x itself, the value's change is the size of its
+terms: times the unit of rounding, what rounding can make of it (running error analysis; Higham, *Accuracy and Stability
+of Numerical Algorithms*, 2002, 3.3). What is exactly 0 has none. Directions that follow from parameters alone count as
+given: across axes that are nearly parallel they are a matter of rounding, and what is turned by them is turned back.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+from lienumba.compiler.derivatives import product, slopes
+from lienumba.compiler.symbols import Symbol, live
+from lienumba.numerics.operations import absolute, where
+
+
+def terms(values: Sequence[object]) -> list[Any]:
+    """The size of the terms of each value, recorded in its graph, which has to be analytic; numbers have none."""
+    found: dict[int, Any] = {}
+    for node in live(values):
+        found[node.id] = absolute(node) if node.op == "input" or _is_direction(node) else _carried(node, found)
+    return [found[x.id] if isinstance(x, Symbol) else 0.0 for x in values]
+
+
+def _is_direction(node: Symbol) -> bool:
+    return node.invariant and node.op == "/" and isinstance(node.args[1], Symbol) and node.args[1].op == "sqrt"
+
+
+def _carried(node: Symbol, found: dict[int, Any]) -> Any:
+    if node.op == "where":
+        condition, *branches = node.args
+        return where(condition, *(found[x.id] if isinstance(x, Symbol) else 0.0 for x in branches))
+    total: Any = 0.0
+    for operand, slope in slopes(node):
+        total = total + product(absolute(slope), found[operand.id])
+    return total
