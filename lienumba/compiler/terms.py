@@ -14,6 +14,8 @@ from lienumba.compiler.derivatives import product, slopes
 from lienumba.compiler.symbols import Symbol, live
 from lienumba.numerics.operations import absolute, where
 
+ROUNDED = 3e-16  # of the size of its terms: what a sum may be, and is not known by
+
 
 def terms(values: Sequence[object]) -> list[Any]:
     """The size of the terms of each value, recorded in its graph, which has to be analytic; numbers have none."""

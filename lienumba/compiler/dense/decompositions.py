@@ -5,7 +5,7 @@ Here each run is one pass of plain loops (`lienumba.compiler.routines`). Nothing
 no solution, is NaN in its own run. All arrays are (runs, rows, columns) or (runs, rows).
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -17,10 +17,11 @@ from lienumba.compiler.flat import Flat, kept
 
 Array = npt.NDArray[Any]
 SMALL = 1e-7  # of the largest eigenvalue: rounding splits a double zero by less
+DOUBTFUL = 1e-6  # of the largest: what may be rounding, if it is a sum of what is larger still
 SLOWLY = 1e-3  # of an eigenvalue: rounding makes one of several that are the same grow by less
 FIRM = 0.1  # of a small eigenvalue, or growth: what is no rounding changes by less where A is rounded otherwise
 TIMES = 3  # A is rounded otherwise: once, another eigenvalue may come near by chance
-ROUNDED = 1.4e-14  # of the terms of a row of A
+ROUNDED = 1.4e-14  # of the largest entry of a row of A
 EVEN = 1e-13  # of the largest eigenvalue: how much of another one may be rounding
 NOTHING = 1e-10  # of the longest row of C, or of 1: what is no longer than that is rounding
 ELIMINATION = "lienumba.compiler.dense.elimination"
@@ -191,34 +192,41 @@ def magnitudes(values: Array) -> Array:
     return found
 
 
-def beyond_rounding(A: Array, values: Array, rates: slice, terms: Array, fastest: Array) -> tuple[Array, Array]:
+def beyond_rounding(
+    A: Array, values: Array, rates: slice, scale: Array, rounded: Callable[[Array], tuple[Array, Array]]
+) -> tuple[Array, Array]:
     """Eigenvalues (runs, n) without what of them is rounding, and which are 0: small ones that are not the same where
-    entries of A are rounded otherwise; nor is growth that is not the same. terms (runs,): what rows of `rates` are sums
-    of, at least; fastest (runs,): what all is compared with, at least."""
+    entries of A are rounded otherwise; nor is growth that is not the same. scale (runs,): beside what they may be
+    small; rounded: of some runs (indices) by how much entries of the rows of `rates`, and eigenvalues, may be rounding,
+    at least."""
     sizes = magnitudes(values)
-    zero: Array = sizes <= SMALL * np.maximum(sizes.max(axis=1, initial=0.0), fastest)[:, None]
-    grows = growing(np.where(zero, 0.0, values)) & (values.real < SLOWLY * sizes)
-    which = np.flatnonzero((zero & (sizes > 0.0)).any(axis=1))
+    zero, largest = np.zeros(values.shape, bool), sizes.max(axis=1, initial=0.0)
+    which = np.flatnonzero(sizes.min(axis=1, initial=np.inf) <= DOUBTFUL * np.maximum(largest, scale))
     if len(which):
-        rows = np.abs(A[which]).max(axis=2)
-        rows[:, rates] = np.maximum(rows[:, rates], terms[which, None])
+        entries, least = rounded(which)
+        zero[which] = sizes[which] <= np.maximum(SMALL * largest[which], least)[:, None]
+        some = (zero[which] & (sizes[which] > 0.0)).any(axis=1)
+        which, entries = which[some], entries[some]
+        rows = ROUNDED * np.abs(A[which]).max(axis=2)
+        rows[:, rates] = np.maximum(rows[:, rates], entries[:, None])
         moved = _moved(A[which], values[which], np.broadcast_to(rows[:, :, None], A[which].shape))
         zero[which] &= ~(moved < FIRM * sizes[which])
+    grows = growing(np.where(zero, 0.0, values)) & (values.real < SLOWLY * sizes)
     which = np.flatnonzero(grows.any(axis=1))
     if len(which):
-        moved = _moved(A[which], values[which], np.abs(A[which]))
+        moved = _moved(A[which], values[which], ROUNDED * np.abs(A[which]))
         grows[which] &= ~(moved < FIRM * values.real[which])
     found = np.where(zero, 0.0, values)
     found.real[grows & ~zero] = 0.0
     return found, zero
 
 
-def _moved(A: Array, values: Array, terms: Array) -> Array:
-    """How far eigenvalues (runs, n) are from those of A at most, where entries are rounded as sums of such terms."""
+def _moved(A: Array, values: Array, rounded: Array) -> Array:
+    """How far eigenvalues (runs, n) are from those of A at most, where entries are rounded by so much."""
     n, draw, most = A.shape[1], np.random.default_rng(0).uniform, np.zeros(values.shape)
     for _ in range(TIMES):
-        rounded = draw(0.5, 1.0, (n, n)) * np.where(draw(-1.0, 1.0, (n, n)) < 0.0, -1.0, 1.0)
-        others = eigenvalues(A + ROUNDED * terms * rounded)
+        signs = draw(0.5, 1.0, (n, n)) * np.where(draw(-1.0, 1.0, (n, n)) < 0.0, -1.0, 1.0)
+        others = eigenvalues(A + rounded * signs)
         apart = magnitudes(values[:, :, None] - others[:, None, :]).min(axis=2)
         most = np.maximum(most, np.where(np.isnan(apart), np.inf, apart))
     return most

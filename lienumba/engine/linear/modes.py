@@ -1,6 +1,6 @@
 """Vibration modes of every run: eigenvalues of its linear system, and shapes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -102,7 +102,10 @@ def _eigenvalues(recorded: Recorded, states: Any, rotation: Any, shapes: bool) -
     """Eigenvalues (runs, modes) with an imaginary part of at least 0, ascending; and shapes (runs, modes, 6 k)."""
     with ThreadPoolExecutor(usable_cores()) as pool:  # which find eigenvalues while the next systems are made
         tasks = [
-            pool.submit(_of_systems, _moving(system, recorded), shapes) for system in recorded.systems(states, rotation)
+            pool.submit(
+                _of_systems, _moving(system, recorded), shapes, lambda which: recorded.rounded(states.part(which))
+            )
+            for system in recorded.systems(states, rotation)
         ]
         pieces = [task.result() for task in tasks]
     widest = max((values.shape[1] for _, values, _ in pieces), default=0)
@@ -124,7 +127,9 @@ def _moving(system: Systems, recorded: Recorded) -> Systems:
     return replace(system, A=system.A[:, kept][:, :, kept], bodies=system.bodies[:, :, kept])
 
 
-def _of_systems(system: Systems, shapes: bool) -> tuple[Array, Array, Array | None]:
+def _of_systems(
+    system: Systems, shapes: bool, rounded: Callable[[Array], tuple[Array, Array]]
+) -> tuple[Array, Array, Array | None]:
     """Runs, eigenvalues and shapes. Of what is 0 but for rounding every second one counts: a coordinate that drifts has
     two of them."""
     sound = np.isfinite(system.A).all(axis=(1, 2))
@@ -134,7 +139,7 @@ def _of_systems(system: Systems, shapes: bool) -> tuple[Array, Array, Array | No
     else:
         values = eigenvalues(A)
     y, z = map(len, system.chosen)
-    values, zero = beyond_rounding(A, values, slice(y, y + z), system.terms[sound], system.fastest[sound])
+    values, zero = beyond_rounding(A, values, slice(y, y + z), system.scale[sound], lambda which: rounded(runs[which]))
     upper = (values.imag >= 0.0) & ~(zero & (np.cumsum(zero, axis=1) % 2 == 0))
     order = np.lexsort((-values.real, np.where(upper, values.imag, np.inf)), axis=1)
     order = order[:, : int(upper.sum(axis=1).max(initial=0))]

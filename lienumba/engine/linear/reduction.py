@@ -27,7 +27,7 @@ Array = npt.NDArray[Any]  # (runs, rows, columns)
 @dataclass(frozen=True)
 class Blocks:
     """Everything above (runs, rows, columns), P with rows that are 0 where C holds no places; places: the constraints
-    C_p, with rows that are 0 likewise, and rates: C; terms, fastest (runs,): see `stability.terms`."""
+    C_p, with rows that are 0 likewise, and rates: C; scale (runs,): see `stability.scale`."""
 
     M: Array
     places: "Constraints"
@@ -39,8 +39,7 @@ class Blocks:
     gamma: Array
     turning: Array
     laws: Mapping[str, Array]
-    terms: Array
-    fastest: Array
+    scale: Array
 
 
 @dataclass(frozen=True)

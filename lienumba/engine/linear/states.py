@@ -47,7 +47,7 @@ class States:
     numbers: list[Any]
     origin: int = GIVEN
 
-    def part(self, which: slice) -> "States":
+    def part(self, which: slice | np.ndarray) -> "States":
         """Of these runs alone."""
         rows, numbers = ([x[which] if np.ndim(x) else x for x in own] for own in (self.rows, self.numbers))
         return States(self.labels[which], self.good[which], self.t, rows, numbers, self.origin)

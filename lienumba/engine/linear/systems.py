@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -13,15 +14,16 @@ from lienumba.engine.linear.looked import Looked, turning_links
 from lienumba.engine.linear.reduction import Blocks, Constraints, Reduced, reduced
 from lienumba.engine.linear.states import States
 from lienumba.groups import so3
+from lienumba.integrators.tracing.linear import stability
 from lienumba.integrators.tracing.linear.equations import Equations, Linear
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
-from lienumba.integrators.tracing.linear.stability import terms
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.mechanics.mechanism.moves import Free
 from lienumba.mechanics.system.constraints import constraints_of
 
 Array = npt.NDArray[Any]
 AT_ONCE = 2048  # runs, so that what is computed for them stays in the cache
+_lock = Lock()
 BY = ("q", "v", "laws", "inputs")
 
 
@@ -29,7 +31,7 @@ BY = ("q", "v", "laws", "inputs")
 class Systems:
     """Of some runs (indices) whose constraints have the same rank: x' = A x + B u, seen = C x + D u; bodies: the shifts
     and turns (global axes, 6 per body) of all bodies that go with x; order: how many of x are places, how many rates;
-    chosen: which coordinates and rates of the tree these are; terms, fastest (runs,): see `stability.terms`."""
+    chosen: which coordinates and rates of the tree these are; scale (runs,): see `stability.scale`."""
 
     runs: Array
     A: Array
@@ -38,8 +40,7 @@ class Systems:
     D: Array
     bodies: Array
     chosen: tuple[Array, Array]
-    terms: Array
-    fastest: Array
+    scale: Array
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,13 @@ class Recorded:
     @staticmethod
     def of(tracer: FreedomTracer, looked: Looked) -> "Recorded":
         return Recorded(tracer, Equations.of(tracer, looked))
+
+    def rounded(self, states: States) -> tuple[Array, Array]:
+        """See `stability.rounded`; for any number of threads."""
+        a, mu = self.solved(states)
+        with _lock:
+            equations = self._pushes.terms
+        return stability.rounded(self._at(equations, states, a, mu), np.ones((len(states.labels), len(a))))
 
     def systems(self, states: States, turning: Sequence[float] = (0.0, 0.0, 0.0)) -> Iterator[Systems]:
         """turning: the angular velocity (rad/s, global) of the axes along which free bodies and balls on the ground are
@@ -85,9 +93,13 @@ class Recorded:
         return self.equations.only(("a", "mu"))
 
     @cached_property
+    def _forces(self) -> Equations:
+        return self.equations.only((), ("along",))
+
+    @cached_property
     def _pushes(self) -> Equations:
-        """The stiffness and damping of all that pushes."""
-        return self.equations.only(("q", "v"), ("along",))
+        """Forces, with their stiffness, damping and masses."""
+        return self.equations.only(("q", "v", "a"), ("along",))
 
     def solved(self, states: States) -> tuple[list[Array], list[Array]]:
         """The accelerations and multipliers of all runs, each number (runs,); of redundant rows the least ones."""
@@ -110,9 +122,7 @@ class Recorded:
     def _blocks(self, states: States, turning: Sequence[float]) -> tuple[Blocks, dict[str, Array], Array]:
         """What is to be reduced, what is seen, and how bodies move with the rates, along the axes looked at."""
         a, mu = self.solved(states)
-        found, runs = self._at(self.equations, states, a, mu), len(states.labels)
-        multipliers = np.array(mu).T if mu else np.zeros((runs, 0))
-        counts = terms(found, self._at(self._pushes.terms, states, a, mu), multipliers, np.ones((runs, len(a))))
+        found = self._at(self.equations, states, a, mu)
         T, gamma, carried = self._axes(found, states, turning)
         turns, back = bool(turning_links(self.tracer.tree(self.tracer.graph()[1]))), turned(T)
 
@@ -130,8 +140,16 @@ class Recorded:
         rates = Constraints.of(-G["a"])
         places = rates if held.all() else Constraints.of(np.where(held[:, None], -G["a"], 0.0))
         P = np.where(held[:, None], P, 0.0)
-        made = Blocks(-F["a"], places, rates, F, G, blocks("rates"), P, gamma, carried, blocks("laws"), *counts)
+        scale = self._scale(found, states, a, mu)
+        made = Blocks(-F["a"], places, rates, F, G, blocks("rates"), P, gamma, carried, blocks("laws"), scale)
         return made, blocks("seen"), looked(found.dense("bodies", "v", len(states.labels)))
+
+    def _scale(self, found: Linear, states: States, a: Sequence[Any], mu: Sequence[Any]) -> Array:
+        """See `stability.scale`."""
+        runs, moving = len(states.labels), self.tracer.velocity_rows(self.tracer.graph()[1])
+        force = self._at(self._forces.terms, states, a, mu).vector("along", runs)
+        rates = np.array([np.broadcast_to(states.rows[n], (runs,)) for n in moving]).reshape(-1, runs).T
+        return stability.scale(force, found, rates, np.ones((runs, len(a))))
 
     def _axes(self, found: Linear, states: States, turning: Sequence[float]) -> tuple[Array, Array, Array]:
         """The turn of all coordinates into the axes looked at, and what remains of the turning of these (see
@@ -164,7 +182,7 @@ def _system(runs: Array, blocks: Blocks, found: Reduced, seen: Mapping[str, Arra
     total[:, :, size:] += seen["inputs"]
     return Systems(
         runs, found.A, found.B, total[:, :, :size], total[:, :, size:], product(bodies, found.q[0]), found.chosen,
-        blocks.terms, blocks.fastest,
+        blocks.scale,
     )  # fmt: skip
 
 

@@ -163,6 +163,12 @@ def test_what_drifts_on_a_circle_does_not_grow_by_rounding_and_slow_growth_is_to
     slow = np.block([[circle + 3e-7 * np.eye(2), np.zeros((2, 2))], [np.zeros((2, 2)), circle]])
     for matrix, grows in ((drifts, False), (both, False), (slow, True)):
         A = turned_by(matrix, seed)[None]
-        found, zero = beyond_rounding(A, eigenvalues(A), slice(0, len(matrix)), np.ones(1), np.ones(1))
+        found, zero = beyond_rounding(
+            A,
+            eigenvalues(A),
+            slice(0, len(matrix)),
+            np.ones(1),
+            lambda which: (np.full(len(which), 1e-14), np.full(len(which), 1e-7)),
+        )
         assert growing(found).any() == grows
         assert not zero.any()

@@ -59,6 +59,9 @@ class Motion:
     accelerations_by: Array
     carried: Carried
 
+    def part(self, which: Array) -> "Motion":
+        return Motion(self.a[which], self.rates_by[which], self.accelerations_by[which], self.carried.part(which))
+
 
 @dataclass(frozen=True)
 class Sums:
@@ -71,8 +74,8 @@ class Sums:
 class Balance:
     """state: with all at rest; mu: multipliers of the rows in use (runs, m); held: 1 for those of places, else 0; most,
     others (runs,): how many rows say something, with and without those of stops and contacts; sizes (runs, n); forces,
-    pushes, gaps, masses, constraints, constraint_slopes: parts of `equations` that are looked at alone, and which cost far
-    less; standing: what holds the runs."""
+    pushes, gaps, masses, constraints, constraint_slopes: parts of `equations` that are looked at alone, and which cost
+    far less; standing: what holds the runs."""
 
     def __init__(
         self, tracer: GluedTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[Any]
@@ -203,10 +206,10 @@ class Balance:
         a = np.zeros((len(which), self.n)) if motion is None else motion.a
         return state, self.at(state, a, self.mu[which], which, equations), motion
 
-    def summed(self, state: Array, motion: Motion | None, which: Array) -> Linear:
-        """How large what forces and their derivatives are sums of is."""
+    def summed(self, state: Array, motion: Motion | None, which: Array, equations: Equations | None = None) -> Linear:
+        """How large what equations are sums of is, by default those of forces and their derivatives."""
         a = np.zeros((len(which), self.n)) if motion is None else motion.a
-        return self.at(state, a, self.mu[which], which, self.pushes.terms)
+        return self.at(state, a, self.mu[which], which, (equations or self.pushes).terms)
 
     def sums(self, state: Array, motion: Motion | None, which: Array) -> Sums:
         """Of the forces where a state moves as it should. What turns with the rotation is rounded as a whole."""

@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.compiler.dense.decompositions import Rows, product, solved, turned
+from lienumba.compiler.dense.decompositions import Rows, product, solved, turned, unit_rows
+from lienumba.compiler.terms import ROUNDED
 from lienumba.integrators.codes import FOUND, NONE_FOUND, NOT_ISOLATED, UNSTABLE
 from lienumba.integrators.tracing.linear.balance import Balance, Motion, by_places
 from lienumba.integrators.tracing.linear.equations import STATE, UNKNOWN, Linear
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
-from lienumba.integrators.tracing.linear.stability import Near, stability
+from lienumba.integrators.tracing.linear.stability import Near, rounded, scale, stability
 from lienumba.integrators.tracing.linear.unbalanced import PLACES, analytic, unbalanced
 from lienumba.integrators.tracing.linear.ways import Ways
 from lienumba.mechanics.mechanism.kinematics import OFF
@@ -38,14 +39,13 @@ AT_REST = 1e-12  # of what the terms of the rate of a law's state can be: what m
 GROWS = 4.0  # times the largest rate there was, a step may make of such a rate
 DONE = 1e-13  # rad, and of the size: a step of Newton's that is shorter changes nothing
 ROUNDING = 1e-9  # of the largest force there was: what may be left where nothing falls any more
-FAINT = 1e-15  # of what a number is a sum of: what is rounding of it
 SLOW = 0.5  # of the sigma with which forces move as far as a step may be, if K does not hold them
 DOWNHILL = 1.5  # times what a step takes that leads downhill
 CLOSED = 1e-9  # rad, and of the size: by how much joints may miss each other
 SMALL = 1e-12  # of the largest pivot: what counts as 0
 TINY = 1e-16  # of the largest stiffness: what is rounding of others
 LEAST = 1e-14  # of it where rows and columns are of one size
-TURNING = 2  # eigenvalues that are 0 because nothing says how far, and how fast, all turns
+DOUBTFUL = 1e-6  # of the largest force and stiffness: what may be rounding
 AT_ONCE = 2048  # runs whose stability is judged together
 STEADY = 1e-6  # of the largest force there was, and of the speed: what a steady motion may change in a radian
 EXACT = 1e-10  # of the terms of a sum that is 0 but for rounding
@@ -80,7 +80,8 @@ def rest(
 
 class _Search(Balance):
     """fastest (runs, s): the largest rates of laws' states there were; longest (runs,): what a step may move; stands
-    (runs,): whether forces were found to be such that they hold what rests."""
+    (runs,): whether forces were found to be such that they hold what rests; doubtful (runs,): whether what was left of
+    forces, or of stiffness, might have been rounding; sums_were (runs,): the largest that a force was a sum of."""
 
     def __init__(
         self, tracer: GluedTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[Any]
@@ -88,6 +89,7 @@ class _Search(Balance):
         super().__init__(tracer, model, rows, runs, rotation)
         self.fastest = np.zeros((runs, len(self.equations.outputs["laws"])))
         self.longest, self.stands = np.full(runs, LONGEST), np.ones(runs, bool)
+        self.doubtful, self.sums_were = np.ones(runs, bool), np.zeros(runs)
 
     def found(self, driven: bool) -> Resting:
         """All runs together, none of which sees another; those that rest take no further part, nor do those that never
@@ -178,8 +180,11 @@ class _Search(Balance):
         for _ in range(PLACES):
             dq = draw(-1.0, 1.0, self.n) * self.sizes
             state = self.elsewhere(self.state, dq, np.zeros((self.runs, self.tracer.laws)), every)
-            own, sums = (self.at(state, none, self.mu, every, x).vector("along", self.runs) for x in (self.forces, self.forces.terms))
-            own = np.where(np.abs(own) <= FAINT * sums, 0.0, own)
+            own, sums = (
+                self.at(state, none, self.mu, every, x).vector("along", self.runs)
+                for x in (self.forces, self.forces.terms)
+            )
+            own = np.where(np.abs(own) <= ROUNDED * sums, 0.0, own)
             forces.append((own * self.sizes)[:, rows])
         return np.where(self.turns, 0.0, unbalanced(np.array(forces)))
 
@@ -191,11 +196,23 @@ class _Search(Balance):
         lasts = self._lasts(state, at, motion, rows, lengths, which, worst)
         gamma = np.zeros((len(which), self.n, self.n)) if motion is None else motion.carried.rates_by
         lambda_ = np.zeros_like(gamma) if motion is None else motion.carried.shifts_by
+
+        def known(own: Array) -> tuple[Array, Array]:
+            return rounded(self.summed(state[:, own], motion and motion.part(own), which[own]), self.sizes[which[own]])
+
+        force = self.summed(state, motion, which, self.forces).vector("along", len(which))
+        fast = scale(force, at, state[self.rates].T, self.sizes[which])
         near = Near(
-            at, self.summed(state, motion, which), self.mu[which], rows, self.rows_of(at, which, self.held)[0], lengths, self.sizes[which], gamma, lambda_
-        )
+            at, fast, known, rows, self.rows_of(at, which, self.held)[0],
+            {by: at.dense("rows", by, len(which)) / lengths[:, :, None] for by in ("q", "v")},
+            at.dense("rates", "q", len(which)) / lengths[:, :, None], self.sizes[which], gamma, lambda_,
+        )  # fmt: skip
         found = stability(near)
-        drifts = found.zeros > np.where(self.turns[which], TURNING, 0)
+        drifts = found.zeros > 0
+        if motion is not None:
+            held = near.held(unit_rows(self.sized(at, which))[0], self.held, state[self.rates].T)
+            turns = held.places.rank > near.places.rank  # of which one says how far
+            drifts &= ~self.turns[which] | ((found.zeros > turns) & (stability(held).zeros > 0))
         status = np.where(found.grows, UNSTABLE, np.where(drifts, NOT_ISOLATED, FOUND))
         closed = np.abs(at.vector("positions", len(which)) / lengths).max(axis=1, initial=0.0) <= CLOSED
         return np.where(lasts & closed & ~np.isnan(found.growth), status, NONE_FOUND), found.growth
@@ -206,13 +223,10 @@ class _Search(Balance):
         state, at, motion = self.looked(self.state[:, which], which, self.equations)
         rows, lengths = self.rows_of(at, which)
         Q, Qt, rank = rows.Q, turned(rows.Q), rows.rank
-        sums = self.sums(state, motion, which)
         along = product(Qt, at.vector("along", runs) * D)
-        noise = FAINT * product(np.abs(Qt), sums.force * D)
-        K, rounded = by_places(at, "along", motion, runs)[0], sums.slopes
-        K, rounded = (x * D[:, None, :] * D[:, :, None] for x in (K, rounded))
+        K = by_places(at, "along", motion, runs)[0] * D[:, None, :] * D[:, :, None]
         K = product(Qt, product(-K, Q))
-        rounded = FAINT * product(np.abs(Qt), product(rounded, np.abs(Q)))
+        rounded, noise = self._rounded(state, motion, rows, which)
         K = np.where(np.abs(K) <= rounded, 0.0, K)
         S = product(Qt, at.dense("along", "laws", runs) * D[:, :, None])
         L, P = product(by_places(at, "laws", motion, runs)[0] * D[:, None, :], Q), at.dense("laws", "laws", runs)
@@ -226,6 +240,9 @@ class _Search(Balance):
         through = solved(-P, L, np.zeros(runs, np.int64), SMALL)  # states of laws as they follow places at once
         by_laws = np.abs(np.nan_to_num(product(S, through)))
         ways = Ways.of(K, rounded, noise, rows.free(along), force, by_laws, rank)
+        self.doubtful[which] = np.minimum(force, ways.least) <= DOUBTFUL * np.maximum(
+            self.sums_were[which], ways.largest
+        )
         largest, still, lies = ways.largest, ways.excess == 0.0, ways.unheld & ~ways.felt(S, L)
         along = along - product(ways.onto(ways.unheld), along)
         falling = ways.falling(lies)
@@ -255,6 +272,21 @@ class _Search(Balance):
         newton = (sigma <= 1e-3 * largest) | still
         unrest = restless.max(axis=1, initial=0.0)
         return _Step(dq * D, dmu, ds, force, ways.excess, push, unrest, short, newton, falling > 0.0)
+
+    def _rounded(self, state: Array, motion: Motion | None, rows: Rows, which: Array) -> tuple[Array, Array]:
+        """What may be rounding of the stiffness (runs, n, n) and of forces (runs, n) along the coordinates of rows; 0
+        where it would not be seen."""
+        rounded, noise = np.zeros((len(which), self.n, self.n)), np.zeros((len(which), self.n))
+        some = np.flatnonzero(self.doubtful[which])
+        if not len(some):
+            return rounded, noise
+        own, Q = which[some], np.abs(rows.Q[some])
+        sums, D = self.sums(state[:, some], motion and motion.part(some), own), self.sizes[own]
+        slopes, force = sums.slopes * D[:, None, :] * D[:, :, None], sums.force * D
+        self.sums_were[own] = np.maximum(self.sums_were[own], force.max(axis=1, initial=0.0))
+        rounded[some] = ROUNDED * product(turned(Q), product(slopes, Q))
+        noise[some] = ROUNDED * product(turned(Q), force)
+        return rounded, noise
 
     def _moved(self, which: Array, step: "_Step") -> tuple[Array, Array]:
         """Move the states by as much of the step as leads to finite forces, and to nothing that closes; how much that

@@ -10,35 +10,58 @@ rates and accelerations change by, and Gamma and Lambda the turning of the axes 
 everything is constant.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from lienumba.compiler.dense.decompositions import Rows, beyond_rounding, eigenvalues, growing, product, solved, turned
+from lienumba.compiler.terms import ROUNDED
 from lienumba.integrators.tracing.linear.equations import Linear
 
 Array = npt.NDArray[Any]
+REDUNDANT = 1e-6  # of a row of C, beside others
 SMALL = 1e-13  # of the largest pivot of the masses
 
 
 @dataclass(frozen=True)
 class Near:
-    """What is known of a state: the equations there, how large what these are sums of is, the multipliers of their rows (runs, m), the constraints of rates
-    and those of places among them, how long the rows of both were, the sizes of coordinates (runs, n); gamma, lambda_
-    (runs, n, n). Their "halted" states of laws (runs, s), where they are not 0, move no more."""
+    """What is known of a state: the equations there; `scale` (runs,), and what is `rounded` of some runs; the
+    constraints of rates and those of places among them; G and H (runs, m, n), over how long the rows of C were; the
+    sizes of coordinates (runs, n); gamma, lambda_ (runs, n, n). Their "halted" states of laws (runs, s), where they are
+    not 0, move no more."""
 
     at: Linear
-    sums: Linear
-    mu: Array
+    scale: Array
+    rounded: Callable[[Array], tuple[Array, Array]]
     rows: Rows
     places: Rows
-    lengths: Array
+    G: Mapping[str, Array]
+    H: Array
     sizes: Array
     gamma: Array
     lambda_: Array
+
+    def some(self, own: Array) -> Callable[[Array], tuple[Array, Array]]:
+        """`rounded` of some of these runs."""
+        return lambda which: self.rounded(own[which])
+
+    def held(self, C: Array, of_places: Array, rates: Array) -> "Near":
+        """The same where the angle is given, and with it the rate, by which all turns with these rates (runs, n), along
+        them; C (runs, m, n): rows of length 1; of_places (m,): 1 for those of places, else 0."""
+        along = rates / self.sizes
+        along = (along / np.maximum(np.sqrt((along * along).sum(axis=1)), 1e-300)[:, None])[:, None, :]
+        own = along / self.sizes[:, None, :]
+        changes = {"q": -product(product(own, self.gamma), self.gamma), "v": product(own, self.lambda_ + self.gamma)}
+        rows, places = (
+            Rows.of(np.concatenate([kept, along], axis=1), REDUNDANT, np.minimum(known.rank + 1, along.shape[2]))
+            for kept, known in ((C, self.rows), (C * of_places[:, None], self.places))
+        )
+        G = {by: np.concatenate([self.G[by], x], axis=1) for by, x in changes.items()}
+        H = np.concatenate([self.H, -product(own, self.gamma)], axis=1)
+        return replace(self, rows=rows, places=places, G=G, H=H)
 
 
 @dataclass(frozen=True)
@@ -55,27 +78,36 @@ def stability(near: Near) -> Stability:
     """growth is NaN where there are no finite equations."""
     runs = len(near.sizes)
     growth, grows, zeros = np.full(runs, np.nan), np.zeros(runs, bool), np.zeros(runs, int)
-    accelerations, fastest = terms(near.at, near.sums, near.mu, near.sizes)
-    for which, A, rates in _systems(near):
-        values, nothing = beyond_rounding(A, eigenvalues(A), rates, accelerations[which], fastest[which])
-        growth[which] = values.real.max(axis=1, initial=-np.inf)
-        grows[which] = growing(values).any(axis=1)
-        zeros[which] = nothing.sum(axis=1)
+    for own, A, rates in _systems(near):
+        values, nothing = beyond_rounding(A, eigenvalues(A), rates, near.scale[own], near.some(own))
+        growth[own] = values.real.max(axis=1, initial=-np.inf)
+        grows[own] = growing(values).any(axis=1)
+        zeros[own] = nothing.sum(axis=1)
     return Stability(growth, grows, zeros)
 
 
-def terms(at: Linear, sums: Linear, mu: Array, sizes: Array) -> tuple[Array, Array]:
-    """Of one coordinate without the others what its stiffness and damping give it, at most (runs,): as an acceleration
-    in a unit and at a unit of speed, and how fast (1/s) that could move it. sums: `Equations.terms` there, since what
-    cancels is rounded as what it is a sum of. What constraints carry counts as stiffness: turned, it is some."""
-    D, runs = sizes, len(sizes)
-    carried = (np.abs(at.dense("rows", "a", runs) * mu[:, :, None]) * D[:, None, :]).sum(axis=1)
-    K, damping = (sums.dense("along", by, runs) * D[:, None, :] * D[:, :, None] for by in ("q", "v"))
-    masses = np.abs(at.dense("along", "a", runs).diagonal(axis1=1, axis2=2)) * D * D
-    with np.errstate(all="ignore"):
-        stiff, damped = np.maximum(K.max(axis=2), carried) / masses, damping.max(axis=2) / masses
-    stiff, damped = (np.where(np.isfinite(x), x, 0.0).max(axis=1, initial=0.0) for x in (stiff, damped))
+def scale(force: Array, at: Linear, rates: Array, sizes: Array) -> Array:
+    """How fast (1/s) what forces are sums of (runs, n) could move something, or something moves (runs,)."""
+    masses = np.abs(at.dense("along", "a", len(sizes)).diagonal(axis1=1, axis2=2)) * sizes
+    return np.maximum(np.sqrt(_largest(force, masses)), np.abs(rates / sizes).max(axis=1, initial=0.0))
+
+
+def rounded(sums: Linear, sizes: Array) -> tuple[Array, Array]:
+    """What rounding may make of accelerations in a unit, or at a unit of speed, and of eigenvalues (1/s), at most, as
+    if each coordinate were alone (runs,). sums: `Equations.terms`."""
+    K, damping, M = (
+        sums.dense("along", by, len(sizes)) * sizes[:, None, :] * sizes[:, :, None] for by in ("q", "v", "a")
+    )
+    masses = M.diagonal(axis1=1, axis2=2)
+    stiff, damped = (ROUNDED * _largest(x.max(axis=2, initial=0.0), masses) for x in (K, damping))
     return np.maximum(stiff, damped), np.maximum(np.sqrt(stiff), damped)
+
+
+def _largest(forces: Array, masses: Array) -> Array:
+    with np.errstate(all="ignore"):
+        found = forces / masses
+    largest: Array = np.where(np.isfinite(found), found, 0.0).max(axis=1, initial=0.0)
+    return largest
 
 
 def _systems(near: Near) -> Iterator[tuple[Array, Array, slice]]:
@@ -95,8 +127,6 @@ def _whole(near: Near) -> Array:
     laws = len(at.equations.columns["laws"])
     Q, Qp, Qt = near.rows.Q, near.places.Q, turned(near.rows.Q)
     forces = {by: at.dense("along", by, runs) * D[:, :, None] for by in ("q", "v", "a", "laws")}
-    rows = {by: at.dense("rows", by, runs) / near.lengths[:, :, None] for by in ("q", "v")}
-    rates = at.dense("rates", "q", runs) / near.lengths[:, :, None]
 
     def scaled(x: Array) -> Array:
         return x * D[:, None, :]
@@ -104,8 +134,8 @@ def _whole(near: Near) -> Array:
     size = 2 * n + laws
     dq, dv, ds = np.zeros((runs, n, size)), np.zeros((runs, n, size)), np.zeros((runs, laws, size))
     dq[:, :, :n], dv[:, :, n : 2 * n], ds[:, :, 2 * n :] = Qp, Q, np.eye(laws)
-    dv -= near.rows.least(product(scaled(rates), dq))
-    da = near.rows.least(product(scaled(rows["q"]), dq) + product(scaled(rows["v"]), dv))
+    dv -= near.rows.least(product(scaled(near.H), dq))
+    da = near.rows.least(product(scaled(near.G["q"]), dq) + product(scaled(near.G["v"]), dv))
     M = -scaled(forces["a"])
     force = product(scaled(forces["q"]), dq) + product(scaled(forces["v"]), dv) - product(M, da)
     force += product(forces["laws"], ds)

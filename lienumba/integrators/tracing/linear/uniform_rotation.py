@@ -5,7 +5,7 @@ against it. A hinge carries it where its axis is that of the rotation, wherever 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -35,6 +35,9 @@ class Carried:
     accelerations_by: Array
     jerks: Array
     carries: Array
+
+    def part(self, which: Array) -> "Carried":
+        return Carried(*(getattr(self, own.name)[which] for own in fields(self)))
 
     def turns(self, tree: Tree, rates: Array, allowed: Array) -> Array:
         """Whether anything of a run carries the rotation where rates are these (runs, n), but for so much (runs,)."""

@@ -35,9 +35,9 @@ class Ways:
 
     @staticmethod
     def of(K: Array, rounded: Array, noise: Array, along: Array, force: Array, by_laws: Array, rank: Array) -> "Ways":
-        """K (runs, n, n): the stiffness, the first `rank` rows and columns of which constraints decide; rounded: what
-        may be rounding of it; noise (runs, n): of forces; along (runs, n): forces, the largest of which is `force`; by_laws: as K, sizes of what
-        laws do as their states follow places."""
+        """K (runs, n, n): the stiffness, the first `rank` rows and columns of which constraints decide; rounded, noise
+        (runs, n): what may be rounding of it, and of forces; along (runs, n): forces, the largest of which is `force`;
+        by_laws: as K, sizes of what laws do as their states follow places."""
         values, V = (np.nan_to_num(x) for x in symmetric(0.5 * (K + turned(K)), rank))
         largest = np.maximum(np.abs(values).max(axis=1, initial=0.0), by_laws.max(axis=(1, 2), initial=0.0))
         far, free = np.abs(V), np.arange(K.shape[1]) >= rank[:, None]
@@ -48,6 +48,11 @@ class Ways:
         unmoved = push <= QUIET * holds + rounding
         excess = np.where(unmoved | ~free, 0.0, push).max(axis=1, initial=0.0)
         return Ways(V, values, free, values > level, unmoved, excess, largest)
+
+    @property
+    def least(self) -> Array:
+        """The least stiffness of any (runs,)."""
+        return np.where(self.free, np.abs(self.values), np.inf).min(axis=1, initial=np.inf)
 
     @property
     def unheld(self) -> Array:
