@@ -14,6 +14,7 @@ from lienumba.compiler.derivatives import product, slopes
 from lienumba.compiler.symbols import Symbol, live
 from lienumba.numerics.operations import absolute, where
 
+FUNCTIONS = ("sin", "cos", "exp", "log", "tanh", "atan2")  # rounded themselves, where they hardly change, too
 ROUNDED = 3e-16  # of the size of its terms: what a sum may be, and is not known by
 
 
@@ -33,7 +34,7 @@ def _carried(node: Symbol, found: dict[int, Any]) -> Any:
     if node.op == "where":
         condition, *branches = node.args
         return where(condition, *(found[x.id] if isinstance(x, Symbol) else 0.0 for x in branches))
-    total: Any = 0.0
+    total: Any = absolute(node) if node.op in FUNCTIONS else 0.0
     for operand, slope in slopes(node):
         total = total + product(absolute(slope), found[operand.id])
     return total
