@@ -6,7 +6,7 @@ and what drivers ask for beside that; both follow the places, and so do the deri
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -63,18 +63,10 @@ class Motion:
         return Motion(self.a[which], self.rates_by[which], self.accelerations_by[which], self.carried.part(which))
 
 
-@dataclass(frozen=True)
-class Sums:
-    """How large what forces (runs, n), and their derivatives by the places (runs, n, n), are sums of is."""
-
-    force: Array
-    slopes: Array
-
-
 class Balance:
     """state: with all at rest; mu: multipliers of the rows in use (runs, m); held: 1 for those of places, else 0; most,
     others (runs,): how many rows say something, with and without those of stops and contacts; sizes (runs, n); forces,
-    pushes, gaps, masses, constraints, constraint_slopes: parts of `equations` that are looked at alone, and which cost
+    gaps, masses, constraints, constraint_slopes: parts of `equations` that are looked at alone, and which cost
     far less; standing: what holds the runs."""
 
     def __init__(
@@ -85,7 +77,6 @@ class Balance:
         self.turns = (self.rotation != 0.0).any(axis=0)
         self.equations = Equations.of(tracer, _Held(laws=tracer.law_states))
         self.forces = self.equations.only((), ("along", "laws"))
-        self.pushes = self.equations.only(("q", "v", "a"), ("along",))
         self.gaps = self.equations.only((), ("gaps",))
         self.masses = self.equations.only(("a",), ("along", "rows"))
         self.constraints = self.equations.only(("a",), ("rows", "rates"))
@@ -206,22 +197,43 @@ class Balance:
         a = np.zeros((len(which), self.n)) if motion is None else motion.a
         return state, self.at(state, a, self.mu[which], which, equations), motion
 
-    def summed(self, state: Array, motion: Motion | None, which: Array, equations: Equations | None = None) -> Linear:
-        """How large what equations are sums of is, by default those of forces and their derivatives."""
-        a = np.zeros((len(which), self.n)) if motion is None else motion.a
-        return self.at(state, a, self.mu[which], which, (equations or self.pushes).terms)
+    @cached_property
+    def terms(self) -> Equations:
+        """How large what forces and their derivatives are sums of is."""
+        return self.equations.only(("q", "v", "a"), ("along",)).terms
 
-    def sums(self, state: Array, motion: Motion | None, which: Array) -> Sums:
-        """Of the forces where a state moves as it should. What turns with the rotation is rounded as a whole."""
-        runs, at = len(which), self.summed(state, motion, which)
-        force, slopes = at.vector("along", runs), by_places(at, "along", motion, runs)[1]
+    @cached_property
+    def terms_of_forces(self) -> Equations:
+        return self.equations.only((), ("along",)).terms
+
+    def summed(self, state: Array, motion: Motion | None, which: Array, terms: Equations) -> Linear:
+        """`terms` where a state moves as it should."""
+        a = np.zeros((len(which), self.n)) if motion is None else motion.a
+        return self.at(state, a, self.mu[which], which, terms)
+
+    def sums(self, state: Array, motion: Motion | None, which: Array) -> Array:
+        """How large what forces are sums of is (runs, n); what turns with the rotation is rounded as a whole."""
+        runs = len(which)
+        if motion is None:
+            return self.summed(state, motion, which, self.terms_of_forces).vector("along", runs)
+        at, sizes = self.summed(state, motion, which, self.terms), self.sizes[which]
+        force = at.vector("along", runs)
+        for by, x in (("v", state[self.rates].T), ("a", motion.a)):
+            force += product(at.dense("along", by, runs), self._most(x, which) * sizes)
+        return force
+
+    def sums_of_slopes(self, state: Array, motion: Motion | None, which: Array) -> Array:
+        """The same of how forces change with the places (runs, n, n)."""
+        runs, at = len(which), self.summed(state, motion, which, self.terms)
+        slopes = by_places(at, "along", motion, runs)[1]
         if motion is not None:
             for by, x in (("v", state[self.rates].T), ("a", motion.a)):
-                own, sizes = at.dense("along", by, runs), self.sizes[which]
-                most = np.abs(x / sizes).max(axis=1, initial=0.0)[:, None]
-                force += product(own, most * sizes)
-                slopes += own * most[:, :, None]
-        return Sums(force, slopes)
+                slopes += at.dense("along", by, runs) * self._most(x, which)[:, :, None]
+        return slopes
+
+    def _most(self, x: Array, which: Array) -> Array:
+        found: Array = np.abs(x / self.sizes[which]).max(axis=1, initial=0.0)[:, None]
+        return found
 
     # ---------------------------------------------------------------- elsewhere
     def elsewhere(self, state: Array, dq: Array, ds: Array, which: Array) -> Array:

@@ -45,7 +45,7 @@ CLOSED = 1e-9  # rad, and of the size: by how much joints may miss each other
 SMALL = 1e-12  # of the largest pivot: what counts as 0
 TINY = 1e-16  # of the largest stiffness: what is rounding of others
 LEAST = 1e-14  # of it where rows and columns are of one size
-DOUBTFUL = 1e-6  # of the largest force and stiffness: what may be rounding
+DOUBTFUL = 1e-12  # of the largest force and stiffness: what may be rounding
 AT_ONCE = 2048  # runs whose stability is judged together
 STEADY = 1e-6  # of the largest force there was, and of the speed: what a steady motion may change in a radian
 EXACT = 1e-10  # of the terms of a sum that is 0 but for rounding
@@ -80,8 +80,8 @@ def rest(
 
 class _Search(Balance):
     """fastest (runs, s): the largest rates of laws' states there were; longest (runs,): what a step may move; stands
-    (runs,): whether forces were found to be such that they hold what rests; doubtful (runs,): whether what was left of
-    forces, or of stiffness, might have been rounding; sums_were (runs,): the largest that a force was a sum of."""
+    (runs,): whether forces were found to be such that they hold what rests; summed_up (runs,): the largest that a force
+    was a sum of, when that was last asked, infinite before."""
 
     def __init__(
         self, tracer: GluedTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[Any]
@@ -89,7 +89,7 @@ class _Search(Balance):
         super().__init__(tracer, model, rows, runs, rotation)
         self.fastest = np.zeros((runs, len(self.equations.outputs["laws"])))
         self.longest, self.stands = np.full(runs, LONGEST), np.ones(runs, bool)
-        self.doubtful, self.sums_were = np.ones(runs, bool), np.zeros(runs)
+        self.summed_up = np.full(runs, np.inf)
 
     def found(self, driven: bool) -> Resting:
         """All runs together, none of which sees another; those that rest take no further part, nor do those that never
@@ -182,7 +182,7 @@ class _Search(Balance):
             state = self.elsewhere(self.state, dq, np.zeros((self.runs, self.tracer.laws)), every)
             own, sums = (
                 self.at(state, none, self.mu, every, x).vector("along", self.runs)
-                for x in (self.forces, self.forces.terms)
+                for x in (self.forces, self.terms_of_forces)
             )
             own = np.where(np.abs(own) <= ROUNDED * sums, 0.0, own)
             forces.append((own * self.sizes)[:, rows])
@@ -198,10 +198,11 @@ class _Search(Balance):
         lambda_ = np.zeros_like(gamma) if motion is None else motion.carried.shifts_by
 
         def known(own: Array) -> tuple[Array, Array]:
-            return rounded(self.summed(state[:, own], motion and motion.part(own), which[own]), self.sizes[which[own]])
+            some = which[own]
+            sums = self.summed(state[:, own], motion and motion.part(own), some, self.terms)
+            return rounded(sums, self.sizes[some])
 
-        force = self.summed(state, motion, which, self.forces).vector("along", len(which))
-        fast = scale(force, at, state[self.rates].T, self.sizes[which])
+        fast = scale(self.sums(state, motion, which), at, state[self.rates].T, self.sizes[which])
         near = Near(
             at, fast, known, rows, self.rows_of(at, which, self.held)[0],
             {by: at.dense("rows", by, len(which)) / lengths[:, :, None] for by in ("q", "v")},
@@ -209,7 +210,7 @@ class _Search(Balance):
         )  # fmt: skip
         found = stability(near)
         drifts = found.zeros > 0
-        if motion is not None:
+        if motion is not None and drifts.any():
             held = near.held(unit_rows(self.sized(at, which))[0], self.held, state[self.rates].T)
             turns = held.places.rank > near.places.rank  # of which one says how far
             drifts &= ~self.turns[which] | ((found.zeros > turns) & (stability(held).zeros > 0))
@@ -226,8 +227,6 @@ class _Search(Balance):
         along = product(Qt, at.vector("along", runs) * D)
         K = by_places(at, "along", motion, runs)[0] * D[:, None, :] * D[:, :, None]
         K = product(Qt, product(-K, Q))
-        rounded, noise = self._rounded(state, motion, rows, which)
-        K = np.where(np.abs(K) <= rounded, 0.0, K)
         S = product(Qt, at.dense("along", "laws", runs) * D[:, :, None])
         L, P = product(by_places(at, "laws", motion, runs)[0] * D[:, None, :], Q), at.dense("laws", "laws", runs)
         rates = at.vector("laws", runs)
@@ -239,10 +238,13 @@ class _Search(Balance):
         force = np.abs(product(Q, rows.free(along))).max(axis=1, initial=0.0)
         through = solved(-P, L, np.zeros(runs, np.int64), SMALL)  # states of laws as they follow places at once
         by_laws = np.abs(np.nan_to_num(product(S, through)))
+        noise, rounded = self._noise(state, motion, rows, force, which), np.zeros((runs, n, n))
         ways = Ways.of(K, rounded, noise, rows.free(along), force, by_laws, rank)
-        self.doubtful[which] = np.minimum(force, ways.least) <= DOUBTFUL * np.maximum(
-            self.sums_were[which], ways.largest
-        )
+        doubtful = ways.least <= DOUBTFUL * np.maximum(self.summed_up[which], ways.largest)
+        if doubtful.any():
+            rounded[doubtful] = self._rounded(state, motion, rows, which, np.flatnonzero(doubtful))
+            K = np.where(np.abs(K) <= rounded, 0.0, K)
+            ways = Ways.of(K, rounded, noise, rows.free(along), force, by_laws, rank)
         largest, still, lies = ways.largest, ways.excess == 0.0, ways.unheld & ~ways.felt(S, L)
         along = along - product(ways.onto(ways.unheld), along)
         falling = ways.falling(lies)
@@ -273,20 +275,22 @@ class _Search(Balance):
         unrest = restless.max(axis=1, initial=0.0)
         return _Step(dq * D, dmu, ds, force, ways.excess, push, unrest, short, newton, falling > 0.0)
 
-    def _rounded(self, state: Array, motion: Motion | None, rows: Rows, which: Array) -> tuple[Array, Array]:
-        """What may be rounding of the stiffness (runs, n, n) and of forces (runs, n) along the coordinates of rows; 0
-        where it would not be seen."""
-        rounded, noise = np.zeros((len(which), self.n, self.n)), np.zeros((len(which), self.n))
-        some = np.flatnonzero(self.doubtful[which])
-        if not len(some):
-            return rounded, noise
+    def _noise(self, state: Array, motion: Motion | None, rows: Rows, force: Array, which: Array) -> Array:
+        """What may be rounding of forces along the coordinates of rows (runs, n); 0 where it would not be seen."""
+        noise, some = np.zeros((len(which), self.n)), np.flatnonzero(force <= DOUBTFUL * self.summed_up[which])
+        if len(some):
+            own = which[some]
+            sums = self.sums(state[:, some], motion and motion.part(some), own) * self.sizes[own]
+            self.summed_up[own] = sums.max(axis=1, initial=0.0)
+            noise[some] = ROUNDED * product(turned(np.abs(rows.Q[some])), sums)
+        return noise
+
+    def _rounded(self, state: Array, motion: Motion | None, rows: Rows, which: Array, some: Array) -> Array:
+        """What may be rounding of the stiffness along the coordinates of rows, of some of these runs (some, n, n)."""
         own, Q = which[some], np.abs(rows.Q[some])
-        sums, D = self.sums(state[:, some], motion and motion.part(some), own), self.sizes[own]
-        slopes, force = sums.slopes * D[:, None, :] * D[:, :, None], sums.force * D
-        self.sums_were[own] = np.maximum(self.sums_were[own], force.max(axis=1, initial=0.0))
-        rounded[some] = ROUNDED * product(turned(Q), product(slopes, Q))
-        noise[some] = ROUNDED * product(turned(Q), force)
-        return rounded, noise
+        sums = self.sums_of_slopes(state[:, some], motion and motion.part(some), own)
+        sums = sums * self.sizes[own][:, None, :] * self.sizes[own][:, :, None]
+        return ROUNDED * product(turned(Q), product(sums, Q))
 
     def _moved(self, which: Array, step: "_Step") -> tuple[Array, Array]:
         """Move the states by as much of the step as leads to finite forces, and to nothing that closes; how much that
@@ -341,7 +345,7 @@ class _Search(Balance):
             terms = [np.abs(slopes[by]).max(axis=(1, 2), initial=0.0) * np.abs(x).max(axis=1) for by, x in ways.items()]
             terms.append(np.abs(slopes["v"]).max(axis=(1, 2), initial=0.0) * np.abs(rates).max(axis=1) * speed)
             if of == "along":
-                terms.append((self.sums(state, motion, which).force * D).max(axis=1, initial=0.0) * speed)
+                terms.append((self.sums(state, motion, which) * D).max(axis=1, initial=0.0) * speed)
             most = STEADY * speed * worst + EXACT * np.max(terms, axis=0)
             good &= np.abs(change).max(axis=1, initial=0.0) <= most
             for found in there:  # what is left of laws where they rest is left of them there, too
