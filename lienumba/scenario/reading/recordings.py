@@ -1,6 +1,6 @@
 """Recorded inputs: from CSV and netCDF files, and datasets, to the times and values that the scenario keeps."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,8 +13,9 @@ from lienumba.scenario.base.paths import INPUTS, RECORDING
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.schema.tables import ENDINGS, InputFile, Recording, csv_column, csv_rows, reading
 from lienumba.store.opening import netcdf_file
-from lienumba.words import show, suggestion
+from lienumba.words import listed, show, suggestion
 
+SOME = 6  # runs that are told one by one
 TIMES = ("t", "time")  # names of the column of times, where none is given
 OF_FILE = ("file", "time", "value", "values", "run", "prefix")  # keys that the numbers take the place of
 
@@ -202,11 +203,19 @@ def _of_dataset(file: Any, time: object, run: object) -> _Columns:
     return _Columns([*columns], time, read, {name: x for name, x in labels.items() if x})
 
 
+def _told(runs: Sequence[int]) -> str:
+    """The first and the last of runs in a row; else some of them."""
+    first, last = runs[0], runs[-1]
+    if list(runs) == list(range(first, last + 1)):
+        return f"{first} to {last}" if last > first else f"{first} alone"
+    return listed(map(str, runs)) if len(runs) <= SOME else f"{', '.join(map(str, runs[:SOME]))}, ... and {last}"
+
+
 def _run(file: Any, run: object) -> int:
     """The place of a run."""
     known = (
         [int(x) for x in file.variables["run"][:]] if "run" in file.variables else range(len(file.dimensions["run"]))
     )
     if run not in known:
-        raise BadValueError(f"has no run {show(run)}", f"its runs are {known[0]} to {known[-1]}")
+        raise BadValueError(f"has no run {show(run)}", f"its runs are {_told(known)}")
     return list(known).index(run)  # type: ignore[arg-type]

@@ -142,8 +142,15 @@ def test_what_is_wrong_is_said_in_one_sentence(tmp_path: Path, text: str, said: 
     assert str(caught.value) == said
 
 
-def test_a_run_that_is_not_there(tmp_path: Path) -> None:
-    lienumba.run(at_hinge("inputs.a").input("a", "t")).to_netcdf(tmp_path / "r.nc")
+RUNS = {
+    "0 alone": [0], "0 to 3": [0, 1, 2, 3], "2 and 7": [2, 7], "0, 2, 4, 6, 8, 10, ... and 18": list(range(0, 20, 2)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("told", "runs"), RUNS.items(), ids=RUNS.keys())
+def test_a_run_that_is_not_there(tmp_path: Path, told: str, runs: list[int]) -> None:
+    system = at_hinge("inputs.a").input("a", "t").sweep(runs=20).vary("model.gravity[2]", "uniform", low=-9.9, high=-9.7)
+    lienumba.run(system, runs=runs).to_netcdf(tmp_path / "r.nc")
     with pytest.raises(ScenarioError) as caught:
-        resolve(scenario(tmp_path, '[inputs]\nb = 1\na = { file = "r.nc", value = "inputs.a", run = 3 }\n'))
-    assert str(caught.value) == 'inputs.a.file = "r.nc": has no run 3; its runs are 0 to 0'
+        resolve(scenario(tmp_path, '[inputs]\nb = 1\na = { file = "r.nc", value = "inputs.a", run = 5 }\n'))
+    assert str(caught.value) == f'inputs.a.file = "r.nc": has no run 5; its runs are {told}'
