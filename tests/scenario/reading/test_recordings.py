@@ -149,7 +149,9 @@ RUNS = {
 
 @pytest.mark.parametrize(("told", "runs"), RUNS.items(), ids=RUNS.keys())
 def test_a_run_that_is_not_there(tmp_path: Path, told: str, runs: list[int]) -> None:
-    system = at_hinge("inputs.a").input("a", "t").sweep(runs=20).vary("model.gravity[2]", "uniform", low=-9.9, high=-9.7)
+    system = (
+        at_hinge("inputs.a").input("a", "t").sweep(runs=20).vary("model.gravity[2]", "uniform", low=-9.9, high=-9.7)
+    )
     lienumba.run(system, runs=runs).to_netcdf(tmp_path / "r.nc")
     with pytest.raises(ScenarioError) as caught:
         resolve(scenario(tmp_path, '[inputs]\nb = 1\na = { file = "r.nc", value = "inputs.a", run = 5 }\n'))

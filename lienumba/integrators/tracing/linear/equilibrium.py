@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.compiler.dense.decompositions import Rows, product, solved, turned, unit_rows
+from lienumba.compiler.dense.decompositions import Rows, product, solved, turned
 from lienumba.compiler.terms import ROUNDED
-from lienumba.integrators.codes import FOUND, NONE_FOUND, NOT_ISOLATED, UNSTABLE
-from lienumba.integrators.tracing.linear.balance import Balance, Motion, by_places
-from lienumba.integrators.tracing.linear.equations import STATE, UNKNOWN, Linear
+from lienumba.integrators.codes import NONE_FOUND
+from lienumba.integrators.tracing.linear.balance import Motion, by_places
+from lienumba.integrators.tracing.linear.equations import STATE, UNKNOWN
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
-from lienumba.integrators.tracing.linear.stability import Near, rounded, scale, stability
+from lienumba.integrators.tracing.linear.judged import EXACT, Judged
 from lienumba.integrators.tracing.linear.unbalanced import PLACES, analytic, unbalanced
 from lienumba.integrators.tracing.linear.ways import Ways
 from lienumba.mechanics.mechanism.kinematics import OFF
@@ -41,15 +41,11 @@ DONE = 1e-13  # rad, and of the size: a step of Newton's that is shorter changes
 ROUNDING = 1e-9  # of the largest force there was: what may be left where nothing falls any more
 SLOW = 0.5  # of the sigma with which forces move as far as a step may be, if K does not hold them
 DOWNHILL = 1.5  # times what a step takes that leads downhill
-CLOSED = 1e-9  # rad, and of the size: by how much joints may miss each other
 SMALL = 1e-12  # of the largest pivot: what counts as 0
 TINY = 1e-16  # of the largest stiffness: what is rounding of others
 LEAST = 1e-14  # of it where rows and columns are of one size
 DOUBTFUL = 1e-12  # of the largest force and stiffness: what may be rounding
 AT_ONCE = 2048  # runs whose stability is judged together
-STEADY = 1e-6  # of the largest force there was, and of the speed: what a steady motion may change in a radian
-EXACT = 1e-10  # of the terms of a sum that is 0 but for rounding
-AHEAD = (1.0, 2.2)  # rad, by which it turns: where a force that turns beside it may have no slope, it has another size
 
 
 @dataclass(frozen=True)
@@ -78,7 +74,7 @@ def rest(
     return _Search(tracer, model, rows, runs, rotation).found(driven)
 
 
-class _Search(Balance):
+class _Search(Judged):
     """fastest (runs, s): the largest rates of laws' states there were; longest (runs,): what a step may move; stands
     (runs,): whether forces were found to be such that they hold what rests; summed_up (runs,): the largest that a force
     was a sum of, when that was last asked, infinite before."""
@@ -132,7 +128,7 @@ class _Search(Balance):
         for first in range(0, self.runs, AT_ONCE):
             which = every[first : first + AT_ONCE][good[first : first + AT_ONCE]]
             if len(which):
-                status[which], growth[which] = self._judged(which, worst[which])
+                status[which], growth[which], left[which] = self.judged(which, worst[which])
         which = every[good & ~self.turns]
         if driven and self.model.drivers and len(which):
             self.state[:, which] = self.with_rates(self.state[:, which], self.asked(self.state[:, which], which))
@@ -187,36 +183,6 @@ class _Search(Balance):
             own = np.where(np.abs(own) <= ROUNDED * sums, 0.0, own)
             forces.append((own * self.sizes)[:, rows])
         return np.where(self.turns, 0.0, unbalanced(np.array(forces)))
-
-    def _judged(self, which: Array, worst: Array) -> tuple[Array, Array]:
-        """Of runs whose forces are balanced the status and the growth; their states move as they should from now on."""
-        state, at, motion = self.looked(self.state[:, which], which, self.equations)
-        self.state[:, which] = state
-        rows, lengths = self.rows_of(at, which)
-        lasts = self._lasts(state, at, motion, rows, lengths, which, worst)
-        gamma = np.zeros((len(which), self.n, self.n)) if motion is None else motion.carried.rates_by
-        lambda_ = np.zeros_like(gamma) if motion is None else motion.carried.shifts_by
-
-        def known(own: Array) -> tuple[Array, Array]:
-            some = which[own]
-            sums = self.summed(state[:, own], motion and motion.part(own), some, self.terms)
-            return rounded(sums, self.sizes[some])
-
-        fast = scale(self.sums(state, motion, which), at, state[self.rates].T, self.sizes[which])
-        near = Near(
-            at, fast, known, rows, self.rows_of(at, which, self.held)[0],
-            {by: at.dense("rows", by, len(which)) / lengths[:, :, None] for by in ("q", "v")},
-            at.dense("rates", "q", len(which)) / lengths[:, :, None], self.sizes[which], gamma, lambda_,
-        )  # fmt: skip
-        found = stability(near)
-        drifts = found.zeros > 0
-        if motion is not None and drifts.any():
-            held = near.held(unit_rows(self.sized(at, which))[0], self.held, state[self.rates].T)
-            turns = held.places.rank > near.places.rank  # of which one says how far
-            drifts &= ~self.turns[which] | ((found.zeros > turns) & (stability(held).zeros > 0))
-        status = np.where(found.grows, UNSTABLE, np.where(drifts, NOT_ISOLATED, FOUND))
-        closed = np.abs(at.vector("positions", len(which)) / lengths).max(axis=1, initial=0.0) <= CLOSED
-        return np.where(lasts & closed & ~np.isnan(found.growth), status, NONE_FOUND), found.growth
 
     def _step(self, which: Array) -> "_Step":
         """Along the reflected coordinates of `Rows`, the first of which the constraints decide."""
@@ -318,47 +284,6 @@ class _Search(Balance):
                 new = self.elsewhere(old, part[:, None] * step.dq, part[:, None] * step.ds, which)
         self.state[:, which] = self.counted(new, which)
         return part, met
-
-    def _lasts(
-        self, state: Array, at: Linear, motion: Motion | None, rows: Rows, lengths: Array, which: Array, worst: Array
-    ) -> Array:
-        """Whether what shall turn turns, and goes on: its velocities fulfil the constraints, and its forces and the
-        rates of its laws do not change while it turns, nor are they others when it has turned (runs,). worst (runs,):
-        the largest force there was."""
-        if motion is None:
-            return np.ones(len(which), bool)
-        runs, D, rates = len(which), self.sizes[which], state[self.rates].T
-        speed = np.linalg.norm(self.rotation[:, which], axis=0)
-        unmet = np.abs(at.vector("rates", runs) / lengths).max(axis=1, initial=0.0)
-        good = motion.carried.turns(self.tree, rates, STEADY * speed) & (unmet <= STEADY * speed)
-        turns = np.where(speed > 0.0, speed, 1.0)
-        later = [motion.carried.ahead(self.tree, rates, turns, angle) for angle in AHEAD]
-        there = [
-            self._when_turned(self.elsewhere(state, x, np.zeros((runs, self.tracer.laws)), which), which) for x in later
-        ]
-        ways = {"q": rates, "v": motion.a, "a": motion.carried.jerks}
-        for of, sizes in (("along", D), ("laws", np.ones((runs, len(self.equations.outputs["laws"]))))):
-            slopes = {by: at.dense(of, by, runs) * sizes[:, :, None] for by in ways}
-            change = sum((product(slopes[by], x) for by, x in ways.items()), np.zeros(sizes.shape))
-            if of == "along":
-                change = product(rows.Q, rows.free(product(turned(rows.Q), change)))
-            terms = [np.abs(slopes[by]).max(axis=(1, 2), initial=0.0) * np.abs(x).max(axis=1) for by, x in ways.items()]
-            terms.append(np.abs(slopes["v"]).max(axis=(1, 2), initial=0.0) * np.abs(rates).max(axis=1) * speed)
-            if of == "along":
-                terms.append((self.sums(state, motion, which) * D).max(axis=1, initial=0.0) * speed)
-            most = STEADY * speed * worst + EXACT * np.max(terms, axis=0)
-            good &= np.abs(change).max(axis=1, initial=0.0) <= most
-            for found in there:  # what is left of laws where they rest is left of them there, too
-                change = found[of] - (at.vector(of, runs) if of == "laws" else 0.0)
-                good &= np.abs(change).max(axis=1, initial=0.0) * speed <= most
-        return good | ~self.turns[which]
-
-    def _when_turned(self, state: Array, which: Array) -> dict[str, Array]:
-        """What is left of forces along the freedoms, and the rates of laws."""
-        _, at, _ = self.looked(state, which, self.equations)
-        rows, _ = self.rows_of(at, which)
-        along = product(turned(rows.Q), at.vector("along", len(which)) * self.sizes[which])
-        return {"along": product(rows.Q, rows.free(along)), "laws": at.vector("laws", len(which))}
 
 
 def _evenly_solved(A: Array, b: Array, first: Array) -> Array:
