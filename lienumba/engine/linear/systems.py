@@ -56,10 +56,11 @@ class Recorded:
 
     def rounded(self, states: States) -> tuple[Array, Array]:
         """See `stability.rounded`; for any number of threads."""
-        a, mu = self.solved(states)
         with _lock:
             equations = self._pushes.terms
-        return stability.rounded(self._at(equations, states, a, mu), np.ones((len(states.labels), len(a))))
+        with np.errstate(all="ignore"):
+            a, mu = self.solved(states)
+            return stability.rounded(self._at(equations, states, a, mu), np.ones((len(states.labels), len(a))))
 
     def systems(self, states: States, turning: Sequence[float] = (0.0, 0.0, 0.0)) -> Iterator[Systems]:
         """turning: the angular velocity (rad/s, global) of the axes along which free bodies and balls on the ground are

@@ -246,7 +246,7 @@ class _Search(Judged):
         noise, some = np.zeros((len(which), self.n)), np.flatnonzero(force <= DOUBTFUL * self.summed_up[which])
         if len(some):
             own = which[some]
-            sums = self.sums(state[:, some], motion and motion.part(some), own) * self.sizes[own]
+            sums = _known(self.sums(state[:, some], motion and motion.part(some), own)) * self.sizes[own]
             self.summed_up[own] = sums.max(axis=1, initial=0.0)
             noise[some] = ROUNDED * product(turned(np.abs(rows.Q[some])), sums)
         return noise
@@ -254,7 +254,7 @@ class _Search(Judged):
     def _rounded(self, state: Array, motion: Motion | None, rows: Rows, which: Array, some: Array) -> Array:
         """What may be rounding of the stiffness along the coordinates of rows, of some of these runs (some, n, n)."""
         own, Q = which[some], np.abs(rows.Q[some])
-        sums = self.sums_of_slopes(state[:, some], motion and motion.part(some), own)
+        sums = _known(self.sums_of_slopes(state[:, some], motion and motion.part(some), own))
         sums = sums * self.sizes[own][:, None, :] * self.sizes[own][:, :, None]
         return ROUNDED * product(turned(Q), product(sums, Q))
 
@@ -284,6 +284,11 @@ class _Search(Judged):
                 new = self.elsewhere(old, part[:, None] * step.dq, part[:, None] * step.ds, which)
         self.state[:, which] = self.counted(new, which)
         return part, met
+
+
+def _known(sums: Array) -> Array:
+    """0 where they are too large to say anything."""
+    return np.where(np.isfinite(sums), sums, 0.0)
 
 
 def _evenly_solved(A: Array, b: Array, first: Array) -> Array:
