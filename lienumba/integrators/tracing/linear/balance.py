@@ -211,15 +211,13 @@ class Balance:
         a = np.zeros((len(which), self.n)) if motion is None else motion.a
         return self.at(state, a, self.mu[which], which, terms)
 
-    def sums(self, state: Array, motion: Motion | None, which: Array) -> Array:
+    def sums(self, at: Linear, state: Array, motion: Motion | None, which: Array) -> Array:
         """How large what forces are sums of is (runs, n); what turns with the rotation is rounded as a whole."""
-        runs = len(which)
-        if motion is None:
-            return self.summed(state, motion, which, self.terms_of_forces).vector("along", runs)
-        at, sizes = self.summed(state, motion, which, self.terms), self.sizes[which]
-        force = at.vector("along", runs)
-        for by, x in (("v", state[self.rates].T), ("a", motion.a)):
-            force += product(at.dense("along", by, runs), self._most(x, which) * sizes)
+        runs, sizes = len(which), self.sizes[which]
+        force = self.summed(state, motion, which, self.terms_of_forces).vector("along", runs)
+        if motion is not None:
+            for by, x in (("v", state[self.rates].T), ("a", motion.a)):
+                force += product(np.abs(at.dense("along", by, runs)), self._most(x, which) * sizes)
         return force
 
     def sums_of_slopes(self, state: Array, motion: Motion | None, which: Array) -> Array:

@@ -18,7 +18,7 @@ from lienumba.compiler.dense.decompositions import Rows, product, solved, turned
 from lienumba.compiler.terms import ROUNDED
 from lienumba.integrators.codes import NONE_FOUND
 from lienumba.integrators.tracing.linear.balance import Motion, by_places
-from lienumba.integrators.tracing.linear.equations import STATE, UNKNOWN
+from lienumba.integrators.tracing.linear.equations import STATE, UNKNOWN, Linear
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.integrators.tracing.linear.judged import EXACT, Judged
 from lienumba.integrators.tracing.linear.unbalanced import PLACES, analytic, unbalanced
@@ -191,7 +191,10 @@ class _Search(Judged):
         rows, lengths = self.rows_of(at, which)
         Q, Qt, rank = rows.Q, turned(rows.Q), rows.rank
         along = product(Qt, at.vector("along", runs) * D)
-        K = by_places(at, "along", motion, runs)[0] * D[:, None, :] * D[:, :, None]
+        K, seen = (x * D[:, None, :] * D[:, :, None] for x in by_places(at, "along", motion, runs))
+        if motion is not None:  # weights that turn, as much of them as there is where they cancel
+            speeds = (self.rotation[:, which] ** 2).sum(axis=0)[:, None, None]
+            seen += np.abs(at.dense("along", "a", runs)) * speeds * D[:, None, :] * D[:, :, None]
         K = product(Qt, product(-K, Q))
         S = product(Qt, at.dense("along", "laws", runs) * D[:, :, None])
         L, P = product(by_places(at, "laws", motion, runs)[0] * D[:, None, :], Q), at.dense("laws", "laws", runs)
@@ -204,13 +207,14 @@ class _Search(Judged):
         force = np.abs(product(Q, rows.free(along))).max(axis=1, initial=0.0)
         through = solved(-P, L, np.zeros(runs, np.int64), SMALL)  # states of laws as they follow places at once
         by_laws = np.abs(np.nan_to_num(product(S, through)))
-        noise, rounded = self._noise(state, motion, rows, force, which), np.zeros((runs, n, n))
+        noise = self._noise(at, state, motion, rows, force, which)
+        rounded = ROUNDED * product(np.abs(Qt), product(seen, np.abs(Q)))
         ways = Ways.of(K, rounded, noise, rows.free(along), force, by_laws, rank)
-        doubtful = ways.least <= DOUBTFUL * np.maximum(self.summed_up[which], ways.largest)
-        if doubtful.any():
-            rounded[doubtful] = self._rounded(state, motion, rows, which, np.flatnonzero(doubtful))
-            K = np.where(np.abs(K) <= rounded, 0.0, K)
+        doubtful = np.flatnonzero(ways.least <= DOUBTFUL * np.maximum(self.summed_up[which], ways.largest))
+        if len(doubtful):
+            rounded[doubtful] = self._rounded(state, motion, rows, which, doubtful)
             ways = Ways.of(K, rounded, noise, rows.free(along), force, by_laws, rank)
+        K = np.where(np.abs(K) <= rounded, 0.0, K)
         largest, still, lies = ways.largest, ways.excess == 0.0, ways.unheld & ~ways.felt(S, L)
         along = along - product(ways.onto(ways.unheld), along)
         falling = ways.falling(lies)
@@ -241,15 +245,14 @@ class _Search(Judged):
         unrest = restless.max(axis=1, initial=0.0)
         return _Step(dq * D, dmu, ds, force, ways.excess, push, unrest, short, newton, falling > 0.0)
 
-    def _noise(self, state: Array, motion: Motion | None, rows: Rows, force: Array, which: Array) -> Array:
+    def _noise(self, at: Linear, state: Array, motion: Motion | None, rows: Rows, force: Array, which: Array) -> Array:
         """What may be rounding of forces along the coordinates of rows (runs, n); 0 where it would not be seen."""
-        noise, some = np.zeros((len(which), self.n)), np.flatnonzero(force <= DOUBTFUL * self.summed_up[which])
-        if len(some):
-            own = which[some]
-            sums = _known(self.sums(state[:, some], motion and motion.part(some), own)) * self.sizes[own]
-            self.summed_up[own] = sums.max(axis=1, initial=0.0)
-            noise[some] = ROUNDED * product(turned(np.abs(rows.Q[some])), sums)
-        return noise
+        seen = force <= DOUBTFUL * self.summed_up[which]
+        if not seen.any():
+            return np.zeros((len(which), self.n))
+        sums = _known(self.sums(at, state, motion, which)) * self.sizes[which]
+        self.summed_up[which] = sums.max(axis=1, initial=0.0)
+        return np.where(seen[:, None], ROUNDED * product(turned(np.abs(rows.Q)), sums), 0.0)
 
     def _rounded(self, state: Array, motion: Motion | None, rows: Rows, which: Array, some: Array) -> Array:
         """What may be rounding of the stiffness along the coordinates of rows, of some of these runs (some, n, n)."""

@@ -36,7 +36,7 @@ class Judged(Balance):
             sums = self.summed(state[:, own], motion and motion.part(own), some, self.terms)
             return rounded(sums, self.sizes[some])
 
-        fast = scale(self.sums(state, motion, which), at, state[self.rates].T, self.sizes[which])
+        fast = scale(self.sums(at, state, motion, which), at, state[self.rates].T, self.sizes[which])
         near = Near(
             at, fast, known, rows, self.rows_of(at, which, self.held)[0],
             {by: at.dense("rows", by, len(which)) / lengths[:, :, None] for by in ("q", "v")},
@@ -80,7 +80,7 @@ class Judged(Balance):
             terms = [np.abs(slopes[by]).max(axis=(1, 2), initial=0.0) * np.abs(x).max(axis=1) for by, x in ways.items()]
             terms.append(np.abs(slopes["v"]).max(axis=(1, 2), initial=0.0) * np.abs(rates).max(axis=1) * speed)
             if of == "along":
-                terms.append((self.sums(state, motion, which) * D).max(axis=1, initial=0.0) * speed)
+                terms.append((self.sums(at, state, motion, which) * D).max(axis=1, initial=0.0) * speed)
             most = STEADY * speed * worst + EXACT * np.max(terms, axis=0)
             good &= np.abs(change).max(axis=1, initial=0.0) <= most
             for found in there:  # what is left of laws where they rest is left of them there, too

@@ -22,12 +22,13 @@ SMALL = 1e-12  # of the largest of its kind: what counts as 0
 @dataclass(frozen=True)
 class Ways:
     """V (runs, n, n): in its columns; values (runs, n): how stiff each is; free (runs, n): which ones are no
-    constraint's; held (runs, n): by more than rounding; unmoved (runs, n): where what pushes may be rounding; excess
-    (runs,): what pushes most elsewhere; largest (runs,): stiffness, laws' included."""
+    constraint's; flat, held (runs, n): whether it may be rounding, and is more than that; unmoved (runs, n): where what
+    pushes may be rounding; excess (runs,): what pushes most elsewhere; largest (runs,): stiffness, laws' included."""
 
     V: Array
     values: Array
     free: Array
+    flat: Array
     held: Array
     unmoved: Array
     excess: Array
@@ -47,12 +48,12 @@ class Ways:
         holds = np.maximum(np.abs(values), (far * product(by_laws, far)).sum(axis=1))
         unmoved = push <= QUIET * holds + rounding
         excess = np.where(unmoved | ~free, 0.0, push).max(axis=1, initial=0.0)
-        return Ways(V, values, free, values > level, unmoved, excess, largest)
+        return Ways(V, values, free, np.abs(values) <= level, values > level, unmoved, excess, largest)
 
     @property
     def least(self) -> Array:
-        """The least stiffness of any (runs,)."""
-        return np.where(self.free, np.abs(self.values), np.inf).min(axis=1, initial=np.inf)
+        """The least stiffness of any that has one (runs,)."""
+        return np.where(self.free & ~self.flat, np.abs(self.values), np.inf).min(axis=1, initial=np.inf)
 
     @property
     def unheld(self) -> Array:
