@@ -207,3 +207,23 @@ def test_a_dead_zone_holds_nothing_and_moves_nothing(turn: Rotation) -> None:
     found = scene.found()
     assert found.status.item() == NOT_ISOLATED
     np.testing.assert_allclose(turn.inv().apply(found.position.values[0, 0]), tilt.apply([0.5, 0, 0]), atol=1e-13)
+
+
+def test_no_run_is_asked_for_its_terms_because_another_is() -> None:
+    """Lamps that are balanced, nearly so and not at all, which come to rest after different numbers of steps."""
+    tilt = Rotation.from_rotvec([0.3, 0.7, 0])
+    scene = Scene(TURNS[1])
+    scene.body("arm", tilt.apply(0.5 * Z), tilt)
+    scene.joint("spherical", "ground", "arm", [0, 0, 0])
+    scene.model["forces"].append({
+        "type": "spring_damper", "bodies": ["ground", "arm"], "points": [numbers(TURNS[1].apply(0.2 * Z)), [0, 0, 0]],
+        "stiffness": 5.0 * G, "damping": 1.0, "free_length": 0.0,
+    })  # fmt: skip
+    stiffness = [5.0 * G * x for x in (1.0, 1.0 + 1e-12, 1.0 - 1e-9, 1.001, 0.5, 2.0, 1e3, 1e9)]
+    sweep = {"sampler": "table", "table": {"columns": {"model.forces[0].stiffness": stiffness}}}
+    found = scene.found(sweep=sweep)
+    assert (found.status.values == NOT_ISOLATED).all()  # about the upright
+    for run in range(len(stiffness)):
+        alone = lienumba.equilibrium({"model": scene.model, **SHORT, "sweep": sweep}, runs=[run])
+        for name in ("status", "position", "rotation", "force", "growth"):
+            np.testing.assert_array_equal(alone[name].values[0], found[name].values[run])

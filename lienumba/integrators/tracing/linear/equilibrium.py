@@ -251,7 +251,7 @@ class _Search(Judged):
         if not seen.any():
             return np.zeros((len(which), self.n))
         sums = _known(self.sums(at, state, motion, which)) * self.sizes[which]
-        self.summed_up[which] = sums.max(axis=1, initial=0.0)
+        self.summed_up[which] = np.where(seen, sums.max(axis=1, initial=0.0), self.summed_up[which])
         return np.where(seen[:, None], ROUNDED * product(turned(np.abs(rows.Q)), sums), 0.0)
 
     def _rounded(self, state: Array, motion: Motion | None, rows: Rows, which: Array, some: Array) -> Array:
