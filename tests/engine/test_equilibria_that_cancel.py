@@ -219,7 +219,7 @@ def test_no_run_is_asked_for_its_terms_because_another_is() -> None:
         "type": "spring_damper", "bodies": ["ground", "arm"], "points": [numbers(TURNS[1].apply(0.2 * Z)), [0, 0, 0]],
         "stiffness": 5.0 * G, "damping": 1.0, "free_length": 0.0,
     })  # fmt: skip
-    stiffness = [5.0 * G * x for x in (1.0, 1.0 + 1e-12, 1.0 - 1e-9, 1.001, 0.5, 2.0, 1e3, 1e9)]
+    stiffness = [5.0 * G * x for x in (1.0, 1.0 + 1e-7, 1.0 - 1e-9, 1.001, 0.5, 2.0, 1e3, 1e9)]
     sweep = {"sampler": "table", "table": {"columns": {"model.forces[0].stiffness": stiffness}}}
     found = scene.found(sweep=sweep)
     assert (found.status.values == NOT_ISOLATED).all()  # about the upright
