@@ -60,7 +60,10 @@ class Recorded:
             equations = self._pushes.terms
         with np.errstate(all="ignore"):
             a, mu = self.solved(states)
-            return stability.rounded(self._at(equations, states, a, mu), np.ones((len(states.labels), len(a))))
+            sizes = np.ones((len(states.labels), len(a)))
+            of_rows = np.array(mu).reshape(-1, len(sizes)).T
+            load = stability.carried(self._at(self._solvable, states, a, mu), of_rows, sizes)
+            return stability.rounded(self._at(equations, states, a, mu), load, sizes)
 
     def systems(self, states: States, turning: Sequence[float] = (0.0, 0.0, 0.0)) -> Iterator[Systems]:
         """turning: the angular velocity (rad/s, global) of the axes along which free bodies and balls on the ground are

@@ -9,7 +9,7 @@ from lienumba.compiler.dense.decompositions import Rows, product, turned, unit_r
 from lienumba.integrators.codes import FOUND, NONE_FOUND, NOT_ISOLATED, UNSTABLE
 from lienumba.integrators.tracing.linear.balance import Balance, Motion
 from lienumba.integrators.tracing.linear.equations import Linear
-from lienumba.integrators.tracing.linear.stability import Near, rounded, scale, stability
+from lienumba.integrators.tracing.linear.stability import Near, carried, rounded, scale, stability
 
 Array = npt.NDArray[Any]
 CLOSED = 1e-9  # rad, and of the size: by how much joints may miss each other
@@ -34,8 +34,9 @@ class Judged(Balance):
         def known(own: Array) -> tuple[Array, Array]:
             some = which[own]
             sums = self.summed(state[:, own], motion and motion.part(own), some, self.terms)
-            return rounded(sums, self.sizes[some])
+            return rounded(sums, load[own], self.sizes[some])
 
+        load = carried(at, self.mu[which], self.sizes[which])
         fast = scale(self.sums(at, state, motion, which), at, state[self.rates].T, self.sizes[which])
         near = Near(
             at, fast, known, rows, self.rows_of(at, which, self.held)[0],

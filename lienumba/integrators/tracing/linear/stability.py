@@ -22,6 +22,7 @@ from lienumba.compiler.terms import ROUNDED
 from lienumba.integrators.tracing.linear.equations import Linear
 
 Array = npt.NDArray[Any]
+TURNED = 1.4e-14  # of what constraints carry: what may be rounding of the stiffness that it is, turned
 REDUNDANT = 1e-6  # of a row of C, beside others
 SMALL = 1e-13  # of the largest pivot of the masses
 
@@ -92,14 +93,22 @@ def scale(force: Array, at: Linear, rates: Array, sizes: Array) -> Array:
     return np.maximum(np.sqrt(_largest(force, masses)), np.abs(rates / sizes).max(axis=1, initial=0.0))
 
 
-def rounded(sums: Linear, sizes: Array) -> tuple[Array, Array]:
+def carried(at: Linear, mu: Array, sizes: Array) -> Array:
+    """What constraints carry along each coordinate (runs, n)."""
+    rows = at.dense("rows", "a", len(sizes)) * sizes[:, None, :]
+    found: Array = np.abs(rows * mu[:, :, None]).sum(axis=1)
+    return found
+
+
+def rounded(sums: Linear, load: Array, sizes: Array) -> tuple[Array, Array]:
     """What rounding may make of accelerations in a unit, or at a unit of speed, and of eigenvalues (1/s), at most, as
-    if each coordinate were alone (runs,). sums: `Equations.terms`."""
+    if each coordinate were alone (runs,). sums: `Equations.terms`; load: `carried`, which turned is stiffness."""
     K, damping, M = (
         sums.dense("along", by, len(sizes)) * sizes[:, None, :] * sizes[:, :, None] for by in ("q", "v", "a")
     )
     masses = M.diagonal(axis1=1, axis2=2)
     stiff, damped = (ROUNDED * _largest(x.max(axis=2, initial=0.0), masses) for x in (K, damping))
+    stiff = np.maximum(stiff, TURNED * _largest(load, masses))
     return np.maximum(stiff, damped), np.maximum(np.sqrt(stiff), damped)
 
 
