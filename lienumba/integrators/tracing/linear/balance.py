@@ -66,8 +66,8 @@ class Motion:
 class Balance:
     """state: with all at rest; mu: multipliers of the rows in use (runs, m); held: 1 for those of places, else 0; most,
     others (runs,): how many rows say something, with and without those of stops and contacts; sizes (runs, n); forces,
-    gaps, masses, constraints, constraint_slopes: parts of `equations` that are looked at alone, and which cost
-    far less; standing: what holds the runs."""
+    gaps, masses, constraints, constraint_slopes: parts of `equations` that are looked at alone, and which cost far
+    less; standing: what holds the runs."""
 
     def __init__(
         self, tracer: GluedTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[Any]

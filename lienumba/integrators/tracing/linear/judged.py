@@ -27,17 +27,18 @@ class Judged(Balance):
         state, at, motion = self.looked(self.state[:, which], which, self.equations)
         self.state[:, which] = state
         rows, lengths = self.rows_of(at, which)
-        lasts = self._lasts(state, at, motion, rows, lengths, which, worst)
+        sums = self.sums(at, state, motion, which)
+        lasts = self._lasts(state, at, motion, rows, lengths, which, worst, sums)
         gamma = np.zeros((len(which), self.n, self.n)) if motion is None else motion.carried.rates_by
         lambda_ = np.zeros_like(gamma) if motion is None else motion.carried.shifts_by
 
         def known(own: Array) -> tuple[Array, Array]:
             some = which[own]
-            sums = self.summed(state[:, own], motion and motion.part(own), some, self.terms)
-            return rounded(sums, load[own], self.sizes[some])
+            every = self.summed(state[:, own], motion and motion.part(own), some, self.terms)
+            return rounded(every, load[own], self.sizes[some])
 
         load = carried(at, self.mu[which], self.sizes[which])
-        fast = scale(self.sums(at, state, motion, which), at, state[self.rates].T, self.sizes[which])
+        fast = scale(sums, at, state[self.rates].T, self.sizes[which])
         near = Near(
             at, fast, known, rows, self.rows_of(at, which, self.held)[0],
             {by: at.dense("rows", by, len(which)) / lengths[:, :, None] for by in ("q", "v")},
@@ -56,11 +57,12 @@ class Judged(Balance):
         return np.where(good, status, NONE_FOUND), found.growth, left
 
     def _lasts(
-        self, state: Array, at: Linear, motion: Motion | None, rows: Rows, lengths: Array, which: Array, worst: Array
-    ) -> Array:
+        self, state: Array, at: Linear, motion: Motion | None, rows: Rows, lengths: Array, which: Array, worst: Array,
+        sums: Array,
+    ) -> Array:  # fmt: skip
         """Whether what shall turn turns, and goes on: its velocities fulfil the constraints, and its forces and the
         rates of its laws do not change while it turns, nor are they others when it has turned (runs,). worst (runs,):
-        the largest force there was."""
+        the largest force there was; sums: `Balance.sums`."""
         if motion is None:
             return np.ones(len(which), bool)
         runs, D, rates = len(which), self.sizes[which], state[self.rates].T
@@ -81,7 +83,7 @@ class Judged(Balance):
             terms = [np.abs(slopes[by]).max(axis=(1, 2), initial=0.0) * np.abs(x).max(axis=1) for by, x in ways.items()]
             terms.append(np.abs(slopes["v"]).max(axis=(1, 2), initial=0.0) * np.abs(rates).max(axis=1) * speed)
             if of == "along":
-                terms.append((self.sums(at, state, motion, which) * D).max(axis=1, initial=0.0) * speed)
+                terms.append((sums * D).max(axis=1, initial=0.0) * speed)
             most = STEADY * speed * worst + EXACT * np.max(terms, axis=0)
             good &= np.abs(change).max(axis=1, initial=0.0) <= most
             for found in there:  # what is left of laws where they rest is left of them there, too

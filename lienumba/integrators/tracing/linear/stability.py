@@ -20,10 +20,10 @@ import numpy.typing as npt
 from lienumba.compiler.dense.decompositions import Rows, beyond_rounding, eigenvalues, growing, product, solved, turned
 from lienumba.compiler.terms import ROUNDED
 from lienumba.integrators.tracing.linear.equations import Linear
+from lienumba.integrators.tracing.linear.standing import REDUNDANT
 
 Array = npt.NDArray[Any]
 TURNED = 1.4e-14  # of what constraints carry: what may be rounding of the stiffness that it is, turned
-REDUNDANT = 1e-6  # of a row of C, beside others
 SMALL = 1e-13  # of the largest pivot of the masses
 
 
