@@ -165,7 +165,7 @@ def quadrature_row(sizes: Sizes) -> int:
 @kernel
 def said(sizes: Sizes) -> int:
     """How many numbers a stage says of signals: what those are that are integrated, and at the end of a step, where F
-    is known there, of each signal its rate, or the signal itself if accelerations tell it."""
+    is known there, the rates of all signals, and all signals themselves, as far as it tells them."""
     return sizes.integrands + sizes.seen
 
 

@@ -21,8 +21,8 @@ class Sizes(NamedTuple):
     their memory, which are `switched`, `switches` and `memory` rows; work: the augmented row of the work, if there is
     any; values: numbers that events read where they act; signals: that are looked at for what is kept of runs as a
     whole, which are so many; integrands: those that are integrated by the stages of a step; leaping: those that may
-    jump where no body does; seen: those of which F at the end of a step says something, all or none; weakens: whether
-    steps know the margin of the constraints at both of their ends.
+    jump where no body does; seen: numbers that F at the end of a step says of signals; weakens: whether steps know the
+    margin of the constraints at both of their ends.
     """
 
     elements: int

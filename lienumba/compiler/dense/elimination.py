@@ -55,6 +55,12 @@ def _reflected(L: np.ndarray, Q: np.ndarray, most: int, order: np.ndarray, v: np
         row = order[best]
         order[best] = order[k]
         order[k] = row
+        column = k
+        for j in range(k, n):
+            if L[row, j] * L[row, j] > L[row, column] * L[row, column]:
+                column = j
+        _swap_columns(L, k, column)  # so that what this row does not touch is not mixed with what it does
+        _swap_columns(Q, k, column)
         for j in range(k, n):
             v[j] = L[row, j]
         v[k] += size if v[k] > 0.0 else -size
@@ -67,6 +73,14 @@ def _reflected(L: np.ndarray, Q: np.ndarray, most: int, order: np.ndarray, v: np
         for i in range(n):
             _reflect(Q[i], v, k, n, beta)
     return most
+
+
+@apart
+def _swap_columns(A: np.ndarray, p: int, q: int) -> None:
+    for i in range(A.shape[0]):
+        x = A[i, p]
+        A[i, p] = A[i, q]
+        A[i, q] = x
 
 
 @apart

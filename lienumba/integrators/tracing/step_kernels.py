@@ -52,7 +52,7 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
         return {"first": _stage(tracer, first=True)}
     if not tracer.tableau.composed:
         tracer.integrands = quantities.integrands(tracer.template)
-        seen = len(quantities.signals(tracer.template)) if tracer.method.adaptive else 0
+        seen = 2 * len(quantities.signals(tracer.template)) if tracer.method.adaptive else 0
         tracer.sizes = tracer.sizes._replace(integrands=len(tracer.integrands), seen=seen)
     stage = _stage(tracer, first=False)
     if stage.counts()["operations"] * count > INLINE:

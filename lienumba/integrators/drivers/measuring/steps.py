@@ -103,24 +103,24 @@ def _look_into(
 
 
 @inlined
-def _said(sizes: Sizes, at: Workspace, signal: int) -> Lanes:
-    """What F at the end of the step says of a signal."""
-    return load(at.slopes, layout.said_row(sizes, sizes.integrands + signal, sizes.slopes - 1))
+def _said(sizes: Sizes, at: Workspace, n: int) -> Lanes:
+    """The nth number that F at the end of the step says of signals: first their rates, then these themselves."""
+    return load(at.slopes, layout.said_row(sizes, sizes.integrands + n, sizes.slopes - 1))
 
 
 @inlined
 def renew_rates(sizes: Sizes, at: Workspace, lanes: Mask) -> None:
     """Where a step begins with another F than the last one has ended with, signals have other rates."""
     rates = signals(sizes, at, 0, RATES)
-    for signal in range(sizes.seen):
+    for signal in range(sizes.signals):
         store(rates, signal, choose(lanes, _said(sizes, at, signal), load(rates, signal)))
 
 
 @inlined
 def _keep(kernels: np.ndarray, sizes: Sizes, at: Workspace, new: Address) -> None:
     """What the end of the step says."""
-    for signal in range(sizes.seen):
-        store(at.measures, layout.seen_row(sizes) + signal, _said(sizes, at, signal))
+    for n in range(sizes.seen):
+        store(at.measures, layout.seen_row(sizes) + n, _said(sizes, at, n))
     if sizes.leaping > 0:
         store(at.clock, layout.LEAN, -LEANING * load(at.clock, layout.LENGTH))
     call(kernels[layout.KEEP], new, at.parameters, at.clock, at.lanes, at.measures, at.work)

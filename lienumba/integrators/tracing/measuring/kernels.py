@@ -9,6 +9,7 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
 from lienumba.integrators import layout
 from lienumba.integrators.methods.step_ends import Ends, Known, Past, added, matters
+from lienumba.integrators.tracing.measuring.signals import said_itself
 from lienumba.integrators.tracing.measuring.smooth import smooth
 from lienumba.integrators.tracing.observed import observed, reads_observed
 from lienumba.integrators.tracing.tracer import Tracer
@@ -112,9 +113,10 @@ def _rates(tracer: Tracer, graph: Graph, model: Model, wanted: Iterable[int]) ->
 
 
 def _at_end(tracer: Tracer, graph: Graph, model: Model, wanted: set[int]) -> dict[int, Number]:
-    """Signals at the end of a step, where F has told those that need accelerations, if it is known there."""
-    every, first = quantities.signals(model), layout.seen_row(tracer.sizes)
-    told = {n for n in wanted if tracer.sizes.seen and reads_observed(model, [every[n]])}
+    """Signals at the end of a step, of which F has told some, if it is known there."""
+    every = quantities.signals(model)
+    first = layout.seen_row(tracer.sizes) + len(every)
+    told = {n for n in wanted if tracer.sizes.seen and said_itself(model, every[n])}
     return _signals(tracer, graph, model, wanted - told) | {n: graph.input("out", first + n) for n in told}
 
 

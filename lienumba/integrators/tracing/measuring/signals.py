@@ -52,12 +52,18 @@ class Signals:
 
     @cached_property
     def seen(self) -> dict[int, Number]:
-        """What is said of signals at the end of a step (`layout.said`), by their numbers."""
+        """What is said of signals at the end of a step (`layout.said`), by its place there."""
         found: dict[int, Number] = {}
         every, model = quantities.signals(self.model), self.model
         for n in sorted(quantities.followed(model) | quantities.lasting(model)) if self.tracer.sizes.seen else ():
-            if reads_observed(model, [every[n]]):
-                found[n] = self.value(every[n])
-            elif quantities.has_rate(model, every[n]):
+            if quantities.has_rate(model, every[n]):
                 found[n] = self.rate(every[n])
+            if said_itself(model, every[n]):
+                found[len(every) + n] = self.value(every[n])
         return found
+
+
+def said_itself(model: Model, x: Timed) -> bool:
+    """Whether F at the end of a step says what a signal is there, with what it is of anyway: accelerations, or its
+    rate, where it is the same on both sides of a jump."""
+    return reads_observed(model, [x]) or (quantities.has_rate(model, x) and not quantities.leaps(model, x))
