@@ -145,6 +145,15 @@ def solved(A: Array, b: Array, first: Array, negligible: float) -> Array:
     return found if b.ndim == 3 else found[:, :, 0]
 
 
+def accelerations(M: Array, b: Array, first: Array, negligible: float) -> Array:
+    """The same of masses M, positive definite, whatever the units of its coordinates: light bodies beside heavy ones.
+    By their sizes on both sides, as elimination along a diagonal rounds each body by itself."""
+    own = M.diagonal(axis1=1, axis2=2)
+    sizes = np.where(own > 0.0, np.sqrt(np.abs(own)), 1.0)[:, :, None]
+    found = solved(M / (sizes * turned(sizes)), _columns(b) / sizes, first, negligible) / sizes
+    return found if b.ndim == 3 else found[:, :, 0]
+
+
 def symmetric(A: Array, first: Array) -> tuple[Array, Array]:
     """The eigenvalues of symmetric matrices, in the rows and columns from `first` (runs,) on, NaN before; and vectors
     of length 1 as columns, those of the identity before."""
@@ -193,23 +202,27 @@ def magnitudes(values: Array) -> Array:
 
 
 def beyond_rounding(
-    A: Array, values: Array, rates: slice, scale: Array, rounded: Callable[[Array], tuple[Array, Array]]
+    A: Array, values: Array, rates: slice, scale: Array, rounded: Callable[[Array], Array]
 ) -> tuple[Array, Array]:
     """Eigenvalues (runs, n) without what of them is rounding, and which are 0: small ones that are not the same where
     entries of A are rounded otherwise; nor is growth that is not the same. scale (runs,): beside what they may be
-    small; rounded: of some runs (indices) by how much entries of the rows of `rates`, and eigenvalues, may be rounding,
-    at least."""
+    small; rounded: of some runs (indices) by how much entries of the rows of `rates` (some, rates, n) may be rounding;
+    those of other rows may be as their largest one."""
     sizes = magnitudes(values)
     zero, largest = np.zeros(values.shape, bool), sizes.max(axis=1, initial=0.0)
     which = np.flatnonzero(sizes.min(axis=1, initial=np.inf) <= DOUBTFUL * np.maximum(largest, scale))
     if len(which):
-        entries, least = rounded(which)
+        entries = rounded(which)
+        stiff, damped = (entries[:, :, x].max(axis=(1, 2), initial=0.0) for x in (slice(0, rates.start), rates))
+        least = np.maximum(np.sqrt(stiff), damped)
         zero[which] = sizes[which] <= np.maximum(SMALL * largest[which], least)[:, None]
         some = (zero[which] & (sizes[which] > 0.0)).any(axis=1)
         which, entries = which[some], entries[some]
-        rows = ROUNDED * np.abs(A[which]).max(axis=2)
-        rows[:, rates] = np.maximum(rows[:, rates], entries[:, None])
-        moved = _moved(A[which], values[which], np.broadcast_to(rows[:, :, None], A[which].shape))
+        every = ROUNDED * np.abs(A[which])
+        every[:, rates] += entries
+        for others in (slice(0, rates.start), slice(rates.stop, A.shape[1])):
+            every[:, others] = every[:, others].max(axis=2, initial=0.0)[:, :, None]
+        moved = _moved(A[which], values[which], every)
         zero[which] &= ~(moved < FIRM * sizes[which])
     grows = growing(np.where(zero, 0.0, values)) & (values.real < SLOWLY * sizes)
     which = np.flatnonzero(grows.any(axis=1))

@@ -100,13 +100,13 @@ def modes(
 
 def _eigenvalues(recorded: Recorded, states: Any, rotation: Any, shapes: bool) -> tuple[Array, Array | None]:
     """Eigenvalues (runs, modes) with an imaginary part of at least 0, ascending; and shapes (runs, modes, 6 k)."""
+
+    def of_forces(which: Array) -> Mapping[str, Array]:
+        return recorded.of_forces(states.part(which), rotation)
+
     with ThreadPoolExecutor(usable_cores()) as pool:  # which find eigenvalues while the next systems are made
-        tasks = [
-            pool.submit(
-                _of_systems, _moving(system, recorded), shapes, lambda which: recorded.rounded(states.part(which))
-            )
-            for system in recorded.systems(states, rotation)
-        ]
+        systems = recorded.systems(states, rotation)
+        tasks = [pool.submit(_of_systems, _moving(system, recorded), shapes, of_forces) for system in systems]
         pieces = [task.result() for task in tasks]
     widest = max((values.shape[1] for _, values, _ in pieces), default=0)
     total = np.full((len(states.labels), widest), NONE)
@@ -124,22 +124,27 @@ def _moving(system: Systems, recorded: Recorded) -> Systems:
     equations = recorded.equations
     first = system.A.shape[1] - len(equations.outputs["laws"])
     kept = np.concatenate([np.arange(first), first + equations.moving])
-    return replace(system, A=system.A[:, kept][:, :, kept], bodies=system.bodies[:, :, kept])
+    moves = replace(system.moves, **{name: getattr(system.moves, name)[:, :, kept] for name in ("dq", "dv", "da")})
+    return replace(system, A=system.A[:, kept][:, :, kept], bodies=system.bodies[:, :, kept], moves=moves)
 
 
 def _of_systems(
-    system: Systems, shapes: bool, rounded: Callable[[Array], tuple[Array, Array]]
+    system: Systems, shapes: bool, of_forces: Callable[[Array], Mapping[str, Array]]
 ) -> tuple[Array, Array, Array | None]:
     """Runs, eigenvalues and shapes. Of what is 0 but for rounding every second one counts: a coordinate that drifts has
     two of them."""
-    sound = np.isfinite(system.A).all(axis=(1, 2))
+    sound = np.asarray(np.isfinite(system.A).all(axis=(1, 2)))
     runs, A, vectors = system.runs[sound], system.A[sound], None
     if shapes:
         values, vectors = eigenvectors(A)
     else:
         values = eigenvalues(A)
-    y, z = map(len, system.chosen)
-    values, zero = beyond_rounding(A, values, slice(y, y + z), system.scale[sound], lambda which: rounded(runs[which]))
+    moves = system.moves.part(sound)
+
+    def rounded(which: Array) -> Array:
+        return moves.part(which).rounded(of_forces(runs[which]))
+
+    values, zero = beyond_rounding(A, values, moves.rates, system.scale[sound], rounded)
     upper = (values.imag >= 0.0) & ~(zero & (np.cumsum(zero, axis=1) % 2 == 0))
     order = np.lexsort((-values.real, np.where(upper, values.imag, np.inf)), axis=1)
     order = order[:, : int(upper.sum(axis=1).max(initial=0))]

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.compiler.dense.decompositions import Rows, product, solved, turned, unit_rows
+from lienumba.compiler.dense.decompositions import Rows, accelerations, product, solved, turned, unit_rows
 
 NEGLIGIBLE = 1e-9  # of rows of C of length 1, what is left of one beside those before it
 Array = npt.NDArray[Any]  # (runs, rows, columns)
@@ -27,7 +27,7 @@ Array = npt.NDArray[Any]  # (runs, rows, columns)
 @dataclass(frozen=True)
 class Blocks:
     """Everything above (runs, rows, columns), P with rows that are 0 where C holds no places; places: the constraints
-    C_p, with rows that are 0 likewise, and rates: C; scale (runs,): see `stability.scale`."""
+    C_p, with rows that are 0 likewise, and rates: C; scale (runs,): see `rounding.scale`."""
 
     M: Array
     places: "Constraints"
@@ -81,7 +81,7 @@ def reduced(blocks: Blocks, chosen: tuple[Array, Array] | None = None) -> Reduce
     force = sums(b.F, n, every)
     da = rates.solved(sums(b.G, b.P.shape[1], every))
     M = b.M if rates.all else product(rates.along(b.M), rates.basis)
-    da += rates.moved(solved(M, rates.along(force - product(b.M, da)), np.zeros(runs, np.int64), 0.0))
+    da += rates.moved(accelerations(M, rates.along(force - product(b.M, da)), np.zeros(runs, np.int64), 0.0))
     dmu = b.rates.multipliers(force - product(b.M, da))
     slopes = [
         np.take(dv + product(b.gamma, dq), places.chosen, axis=1),

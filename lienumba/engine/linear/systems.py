@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.compiler.dense.decompositions import product, solved, turned
+from lienumba.compiler.dense.decompositions import accelerations, product, turned
 from lienumba.engine.linear.looked import Looked, turning_links
 from lienumba.engine.linear.reduction import Blocks, Constraints, Reduced, reduced
 from lienumba.engine.linear.states import States
 from lienumba.groups import so3
-from lienumba.integrators.tracing.linear import stability
 from lienumba.integrators.tracing.linear.equations import Equations, Linear
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
+from lienumba.integrators.tracing.linear.rounding import Moves, scale
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.mechanics.mechanism.moves import Free
 from lienumba.mechanics.system.constraints import constraints_of
@@ -31,7 +31,8 @@ BY = ("q", "v", "laws", "inputs")
 class Systems:
     """Of some runs (indices) whose constraints have the same rank: x' = A x + B u, seen = C x + D u; bodies: the shifts
     and turns (global axes, 6 per body) of all bodies that go with x; order: how many of x are places, how many rates;
-    chosen: which coordinates and rates of the tree these are; scale (runs,): see `stability.scale`."""
+    chosen: which coordinates and rates of the tree these are; scale (runs,): see `rounding.scale`; moves: how all
+    coordinates go with x."""
 
     runs: Array
     A: Array
@@ -41,6 +42,7 @@ class Systems:
     bodies: Array
     chosen: tuple[Array, Array]
     scale: Array
+    moves: Moves
 
 
 @dataclass(frozen=True)
@@ -54,16 +56,16 @@ class Recorded:
     def of(tracer: FreedomTracer, looked: Looked) -> "Recorded":
         return Recorded(tracer, Equations.of(tracer, looked))
 
-    def rounded(self, states: States) -> tuple[Array, Array]:
-        """See `stability.rounded`; for any number of threads."""
+    def of_forces(self, states: States, turning: Sequence[float]) -> dict[str, Array]:
+        """How large what forces change by with places and rates is a sum of (see `Moves.rounded`), along the axes
+        looked at; for any number of threads."""
         with _lock:
-            equations = self._pushes.terms
+            equations, axes = self._pushes.terms, self._turning
         with np.errstate(all="ignore"):
             a, mu = self.solved(states)
-            sizes = np.ones((len(states.labels), len(a)))
-            of_rows = np.array(mu).reshape(-1, len(sizes)).T
-            load = stability.carried(self._at(self._solvable, states, a, mu), of_rows, sizes)
-            return stability.rounded(self._at(equations, states, a, mu), load, sizes)
+            found, runs = self._at(equations, states, a, mu), len(states.labels)
+            T = np.abs(self._axes(self._at(axes, states, a, mu), states, turning)[0])
+            return {by: product(T, product(found.dense("along", by, runs), turned(T))) for by in ("q", "v")}
 
     def systems(self, states: States, turning: Sequence[float] = (0.0, 0.0, 0.0)) -> Iterator[Systems]:
         """turning: the angular velocity (rad/s, global) of the axes along which free bodies and balls on the ground are
@@ -105,6 +107,10 @@ class Recorded:
         """Forces, with their stiffness, damping and masses."""
         return self.equations.only(("q", "v", "a"), ("along",))
 
+    @cached_property
+    def _turning(self) -> Equations:
+        return self.equations.only((), ("axes",))
+
     def solved(self, states: States) -> tuple[list[Array], list[Array]]:
         """The accelerations and multipliers of all runs, each number (runs,); of redundant rows the least ones."""
         n, m, runs = len(self.equations.columns["a"]), len(self.equations.columns["mu"]), len(states.labels)
@@ -112,11 +118,11 @@ class Recorded:
         M, constraints = -still.dense("along", "a", runs), Constraints.of(-still.dense("rows", "a", runs))
         rank, force = constraints.rows.rank, still.vector("along", runs)[:, :, None]
         if not m:
-            return list(solved(M, force, rank, 0.0)[:, :, 0].T), []
+            return list(accelerations(M, force, rank, 0.0)[:, :, 0].T), []
         Q, Qt = constraints.rows.Q, turned(constraints.rows.Q)
         a = constraints.least(still.vector("rows", runs)[:, :, None])
         left = product(Qt, force - product(M, a))
-        a += product(Q, solved(product(Qt, product(M, Q)), left, rank, 0.0))
+        a += product(Q, accelerations(product(Qt, product(M, Q)), left, rank, 0.0))
         mu = constraints.multipliers(force - product(M, a))
         return list(a[:, :, 0].T), list(mu[:, :, 0].T)
 
@@ -149,11 +155,11 @@ class Recorded:
         return made, blocks("seen"), looked(found.dense("bodies", "v", len(states.labels)))
 
     def _scale(self, found: Linear, states: States, a: Sequence[Any], mu: Sequence[Any]) -> Array:
-        """See `stability.scale`."""
+        """See `rounding.scale`."""
         runs, moving = len(states.labels), self.tracer.velocity_rows(self.tracer.graph()[1])
         force = self._at(self._forces.terms, states, a, mu).vector("along", runs)
         rates = np.array([np.broadcast_to(states.rows[n], (runs,)) for n in moving]).reshape(-1, runs).T
-        return stability.scale(force, found, rates, np.ones((runs, len(a))))
+        return scale(force, found, rates, np.ones((runs, len(a))))
 
     def _axes(self, found: Linear, states: States, turning: Sequence[float]) -> tuple[Array, Array, Array]:
         """The turn of all coordinates into the axes looked at, and what remains of the turning of these (see
@@ -184,9 +190,11 @@ def _system(runs: Array, blocks: Blocks, found: Reduced, seen: Mapping[str, Arra
     total = parts[0] + parts[1] + parts[2] + parts[3]
     total[:, :, size - laws : size] += seen["laws"]
     total[:, :, size:] += seen["inputs"]
+    y, z = map(len, found.chosen)
+    moves = Moves(blocks.M, found.q[0], found.v[0], found.a[0], slice(y, y + z))
     return Systems(
         runs, found.A, found.B, total[:, :, :size], total[:, :, size:], product(bodies, found.q[0]), found.chosen,
-        blocks.scale,
+        blocks.scale, moves,
     )  # fmt: skip
 
 

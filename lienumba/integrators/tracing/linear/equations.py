@@ -28,6 +28,7 @@ from lienumba.compiler.series import FUNCTIONS
 from lienumba.compiler.symbols import Graph, Symbol
 from lienumba.compiler.terms import terms
 from lienumba.integrators import layout
+from lienumba.integrators.methods.taylor import ROTATION
 from lienumba.integrators.tracing.tracer import Posture, Tracer
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
@@ -121,13 +122,14 @@ class Held:
 class Equations:
     """f and its derivatives as recorded. outputs: which values are "along", "rows" and "laws", and others that somebody
     wanted; columns: which columns are by "q", "v", "laws", "a", "mu" (of the rows in use, in the order of `used`) and
-    "inputs"."""
+    "inputs"; rotations: the rows of the state that are entries of rotations."""
 
     values: list[Any]
     entries: Block
     outputs: Mapping[str, range]
     columns: Mapping[str, range]
     used: tuple[int, ...]
+    rotations: frozenset[int]
 
     @staticmethod
     def of(tracer: Tracer, more: More | None = None) -> "Equations":
@@ -157,6 +159,7 @@ class Equations:
             _ranges(**sizes, **{name: len(own) for name, own in others.items()}),
             _ranges(q=len(q), v=len(v), laws=len(s), a=tracer.velocities, mu=len(used), inputs=len(inputs)),
             used,
+            frozenset(row for part in tracer.parts(model) if part.kind == ROTATION for row in part.rows),
         )
 
     @cached_property
@@ -166,7 +169,8 @@ class Equations:
     @cached_property
     def terms(self) -> "Equations":
         """The same, of how large what each number is a sum of is."""
-        found = terms([*self.values, *self.entries.values()])
+        rotations = {(STATE, row) for row in self.rotations}
+        found = terms([*self.values, *self.entries.values()], rotations)
         values, slopes = found[: len(self.values)], found[len(self.values) :]
         return replace(self, values=values, entries=dict(zip(self.entries, slopes, strict=True)))
 

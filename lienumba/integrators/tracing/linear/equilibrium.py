@@ -39,7 +39,6 @@ AT_REST = 1e-12  # of what the terms of the rate of a law's state can be: what m
 GROWS = 4.0  # times the largest rate there was, a step may make of such a rate
 DONE = 1e-13  # rad, and of the size: a step of Newton's that is shorter changes nothing
 ROUNDING = 1e-9  # of the largest force there was: what may be left where nothing falls any more
-FAINT = 2e-15  # of the largest force that a constraint carries: what is rounding, of others too
 SLOW = 0.5  # of the sigma with which forces move as far as a step may be, if K does not hold them
 DOWNHILL = 1.5  # times what a step takes that leads downhill
 SMALL = 1e-12  # of the largest pivot: what counts as 0
@@ -208,10 +207,7 @@ class _Search(Judged):
         force = np.abs(product(Q, rows.free(along))).max(axis=1, initial=0.0)
         through = solved(-P, L, np.zeros(runs, np.int64), SMALL)  # states of laws as they follow places at once
         by_laws = np.abs(np.nan_to_num(product(S, through)))
-        carried = np.maximum(
-            np.abs(along).max(axis=1, initial=0.0), np.abs(self.mu[which] * lengths).max(axis=1, initial=0.0)
-        )
-        noise = np.maximum(self._noise(at, state, motion, rows, force, which), FAINT * carried[:, None])
+        noise = self._noise(at, state, motion, rows, force, which)
         rounded = ROUNDED * product(np.abs(Qt), product(seen, np.abs(Q)))
         ways = Ways.of(K, rounded, noise, rows.free(along), force, by_laws, rank)
         doubtful = np.flatnonzero(ways.least <= DOUBTFUL * np.maximum(self.summed_up[which], ways.largest))

@@ -9,7 +9,8 @@ from lienumba.compiler.dense.decompositions import Rows, product, turned, unit_r
 from lienumba.integrators.codes import FOUND, NONE_FOUND, NOT_ISOLATED, UNSTABLE
 from lienumba.integrators.tracing.linear.balance import Balance, Motion
 from lienumba.integrators.tracing.linear.equations import Linear
-from lienumba.integrators.tracing.linear.stability import Near, carried, rounded, scale, stability
+from lienumba.integrators.tracing.linear.rounding import scale
+from lienumba.integrators.tracing.linear.stability import Near, stability
 
 Array = npt.NDArray[Any]
 CLOSED = 1e-9  # rad, and of the size: by how much joints may miss each other
@@ -32,15 +33,14 @@ class Judged(Balance):
         gamma = np.zeros((len(which), self.n, self.n)) if motion is None else motion.carried.rates_by
         lambda_ = np.zeros_like(gamma) if motion is None else motion.carried.shifts_by
 
-        def known(own: Array) -> tuple[Array, Array]:
+        def of_forces(own: Array) -> dict[str, Array]:
             some = which[own]
-            every = self.summed(state[:, own], motion and motion.part(own), some, self.terms)
-            return rounded(every, load[own], self.sizes[some])
+            every, D = self.summed(state[:, own], motion and motion.part(own), some, self.terms), self.sizes[some]
+            return {by: every.dense("along", by, len(some)) * D[:, None, :] * D[:, :, None] for by in ("q", "v")}
 
-        load = carried(at, self.mu[which], self.sizes[which])
         fast = scale(sums, at, state[self.rates].T, self.sizes[which])
         near = Near(
-            at, fast, known, rows, self.rows_of(at, which, self.held)[0],
+            at, fast, of_forces, rows, self.rows_of(at, which, self.held)[0],
             {by: at.dense("rows", by, len(which)) / lengths[:, :, None] for by in ("q", "v")},
             at.dense("rates", "q", len(which)) / lengths[:, :, None], self.sizes[which], gamma, lambda_,
         )  # fmt: skip

@@ -17,26 +17,33 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.compiler.dense.decompositions import Rows, beyond_rounding, eigenvalues, growing, product, solved, turned
-from lienumba.compiler.terms import ROUNDED
+from lienumba.compiler.dense.decompositions import (
+    Rows,
+    accelerations,
+    beyond_rounding,
+    eigenvalues,
+    growing,
+    product,
+    turned,
+)
 from lienumba.integrators.tracing.linear.equations import Linear
+from lienumba.integrators.tracing.linear.rounding import Moves
 from lienumba.integrators.tracing.linear.standing import REDUNDANT
 
 Array = npt.NDArray[Any]
-TURNED = 1.4e-14  # of what constraints carry: what may be rounding of the stiffness that it is, turned
-SMALL = 1e-13  # of the largest pivot of the masses
+SMALL = 1e-13  # of the largest pivot of the masses, by their own sizes
 
 
 @dataclass(frozen=True)
 class Near:
-    """What is known of a state: the equations there; `scale` (runs,), and what is `rounded` of some runs; the
-    constraints of rates and those of places among them; G and H (runs, m, n), over how long the rows of C were; the
-    sizes of coordinates (runs, n); gamma, lambda_ (runs, n, n). Their "halted" states of laws (runs, s), where they are
-    not 0, move no more."""
+    """What is known of a state: the equations there; `scale` (runs,), and the terms `of_forces` of some runs (indices),
+    see `Moves.rounded`; the constraints of rates and those of places among them; G and H (runs, m, n), over how long
+    the rows of C were; the sizes of coordinates (runs, n); gamma, lambda_ (runs, n, n). Their "halted" states of laws
+    (runs, s), where they are not 0, move no more."""
 
     at: Linear
     scale: Array
-    rounded: Callable[[Array], tuple[Array, Array]]
+    of_forces: Callable[[Array], Mapping[str, Array]]
     rows: Rows
     places: Rows
     G: Mapping[str, Array]
@@ -44,10 +51,6 @@ class Near:
     sizes: Array
     gamma: Array
     lambda_: Array
-
-    def some(self, own: Array) -> Callable[[Array], tuple[Array, Array]]:
-        """`rounded` of some of these runs."""
-        return lambda which: self.rounded(own[which])
 
     def held(self, C: Array, of_places: Array, rates: Array) -> "Near":
         """The same where the angle is given, and with it the rate, by which all turns with these rates (runs, n), along
@@ -79,58 +82,31 @@ def stability(near: Near) -> Stability:
     """growth is NaN where there are no finite equations."""
     runs = len(near.sizes)
     growth, grows, zeros = np.full(runs, np.nan), np.zeros(runs, bool), np.zeros(runs, int)
-    for own, A, rates in _systems(near):
-        values, nothing = beyond_rounding(A, eigenvalues(A), rates, near.scale[own], near.some(own))
+    for own, A, moves in _systems(near):
+
+        def rounded(which: Array, own: Array = own, moves: Moves = moves) -> Array:
+            return moves.part(which).rounded(near.of_forces(own[which]))
+
+        values, nothing = beyond_rounding(A, eigenvalues(A), moves.rates, near.scale[own], rounded)
         growth[own] = values.real.max(axis=1, initial=-np.inf)
         grows[own] = growing(values).any(axis=1)
         zeros[own] = nothing.sum(axis=1)
     return Stability(growth, grows, zeros)
 
 
-def scale(force: Array, at: Linear, rates: Array, sizes: Array) -> Array:
-    """How fast (1/s) what forces are sums of (runs, n) could move something, or something moves (runs,)."""
-    masses = np.abs(at.dense("along", "a", len(sizes)).diagonal(axis1=1, axis2=2)) * sizes
-    return np.maximum(np.sqrt(_largest(force, masses)), np.abs(rates / sizes).max(axis=1, initial=0.0))
-
-
-def carried(at: Linear, mu: Array, sizes: Array) -> Array:
-    """What constraints carry along each coordinate (runs, n)."""
-    rows = at.dense("rows", "a", len(sizes)) * sizes[:, None, :]
-    found: Array = np.abs(rows * mu[:, :, None]).sum(axis=1)
-    return found
-
-
-def rounded(sums: Linear, load: Array, sizes: Array) -> tuple[Array, Array]:
-    """What rounding may make of accelerations in a unit, or at a unit of speed, and of eigenvalues (1/s), at most, as
-    if each coordinate were alone (runs,). sums: `Equations.terms`; load: `carried`, which turned is stiffness."""
-    K, damping, M = (
-        sums.dense("along", by, len(sizes)) * sizes[:, None, :] * sizes[:, :, None] for by in ("q", "v", "a")
-    )
-    masses = M.diagonal(axis1=1, axis2=2)
-    stiff, damped = (ROUNDED * _largest(x.max(axis=2, initial=0.0), masses) for x in (K, damping))
-    stiff = np.maximum(stiff, TURNED * _largest(load, masses))
-    return np.maximum(stiff, damped), np.maximum(np.sqrt(stiff), damped)
-
-
-def _largest(forces: Array, masses: Array) -> Array:
-    with np.errstate(all="ignore"):
-        found = forces / masses
-    largest: Array = np.where(np.isfinite(found), found, 0.0).max(axis=1, initial=0.0)
-    return largest
-
-
-def _systems(near: Near) -> Iterator[tuple[Array, Array, slice]]:
-    """x' = A x of the runs (indices) with as many freedoms, those of each kind together; which rows are those of
-    rates."""
-    whole = _whole(near)
+def _systems(near: Near) -> Iterator[tuple[Array, Array, Moves]]:
+    """x' = A x of the runs (indices) with as many freedoms, those of each kind together."""
+    whole, moves = _whole(near)
     n, laws = near.sizes.shape[1], near.at.equations.moving
     for y, z in np.unique(np.stack([near.places.rank, near.rows.rank], axis=1), axis=0):
         which = np.flatnonzero((near.places.rank == y) & (near.rows.rank == z))
         kept = np.concatenate([np.arange(y, n), np.arange(n + z, 2 * n), 2 * n + laws])
-        yield which, whole[np.ix_(which, kept, kept)], slice(n - y, 2 * n - y - z)
+        dq, dv, da = (x[which][:, :, kept] for x in (moves.dq, moves.dv, moves.da))
+        own = Moves(moves.M[which], dq, dv, da, slice(n - y, 2 * n - y - z))
+        yield which, whole[np.ix_(which, kept, kept)], own
 
 
-def _whole(near: Near) -> Array:
+def _whole(near: Near) -> tuple[Array, Moves]:
     """A in all reflected coordinates (runs, 2 n + laws, 2 n + laws), of which constraints leave some."""
     at, D, (runs, n) = near.at, near.sizes, near.sizes.shape
     laws = len(at.equations.columns["laws"])
@@ -148,7 +124,7 @@ def _whole(near: Near) -> Array:
     M = -scaled(forces["a"])
     force = product(scaled(forces["q"]), dq) + product(scaled(forces["v"]), dv) - product(M, da)
     force += product(forces["laws"], ds)
-    w = solved(product(Qt, product(M, Q)), product(Qt, force), near.rows.rank, SMALL)
+    w = accelerations(product(Qt, product(M, Q)), product(Qt, force), near.rows.rank, SMALL)
     da += product(Q, w)
     turning = [x * (D[:, None, :] / D[:, :, None]) for x in (near.gamma, near.lambda_)]
     own = {by: at.dense("laws", by, runs) for by in ("q", "v", "a", "laws")}
@@ -164,4 +140,5 @@ def _whole(near: Near) -> Array:
     halted = np.concatenate([np.zeros((runs, 2 * n), bool), at.vector("halted", runs) != 0.0], axis=1)
     fastest = 1.0 + np.abs(found).max(axis=(1, 2), initial=0.0)  # what is halted comes back faster than all else moves
     found[halted[:, :, None] | halted[:, None, :]] = 0.0
-    return found - np.eye(size) * (halted * fastest[:, None])[:, None, :]
+    found -= np.eye(size) * (halted * fastest[:, None])[:, None, :]
+    return found, Moves(M, dq, dv, da, slice(n, 2 * n))

@@ -1,0 +1,60 @@
+"""What rounding may make of the linear equations of runs, by how large what their numbers are sums of is."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lienumba.compiler.dense.decompositions import accelerations, product, turned
+from lienumba.compiler.terms import ROUNDED
+from lienumba.integrators.tracing.linear.equations import Linear
+
+Array = npt.NDArray[Any]
+ELIMINATED = 1.4e-14  # of a sum of products: what rounding may make of it
+
+
+@dataclass(frozen=True)
+class Moves:
+    """How a mechanism of masses M (runs, n, n) moves with the states x that are left of it: its places, rates and
+    accelerations dq, dv and da (runs, n, size); rates: which of x are rates."""
+
+    M: Array
+    dq: Array
+    dv: Array
+    da: Array
+    rates: slice
+
+    def part(self, which: Array) -> "Moves":
+        """Of these runs."""
+        return Moves(self.M[which], self.dq[which], self.dv[which], self.da[which], self.rates)
+
+    def rounded(self, sums: Mapping[str, Array]) -> Array:
+        """What may be rounding of the accelerations along what is free (runs, rates, size); sums: of forces by places
+        and by rates, the terms (runs, n, n)."""
+        W = self.dv[:, :, self.rates]
+        along = turned(_spread(W))
+        terms = ROUNDED * (product(sums["q"], _spread(self.dq)) + product(sums["v"], _spread(self.dv)))
+        terms += ELIMINATED * product(np.abs(self.M), np.abs(self.da))
+        reduced = product(turned(W), product(self.M, W))
+        free = np.broadcast_to(np.eye(W.shape[2]), reduced.shape)
+        inverse = np.abs(accelerations(reduced, free, np.zeros(len(W), np.int64), 0.0))
+        found: Array = product(inverse, product(along, terms))
+        return np.where(np.isfinite(found), found, 0.0)
+
+
+def _spread(x: Array) -> Array:
+    """As large as the largest of its column wherever it is not 0: what is orthonormal is rounded as a whole."""
+    found: Array = np.where(x != 0.0, np.abs(x).max(axis=1, keepdims=True), 0.0)
+    return found
+
+
+def scale(force: Array, at: Linear, rates: Array, sizes: Array) -> Array:
+    """How fast (1/s) what forces are sums of (runs, n) could move something, or something moves (runs,)."""
+    masses = np.abs(at.dense("along", "a", len(sizes)).diagonal(axis1=1, axis2=2)) * sizes
+    with np.errstate(all="ignore"):
+        found = force / masses
+    largest = np.where(np.isfinite(found), found, 0.0).max(axis=1, initial=0.0)
+    fastest: Array = np.maximum(np.sqrt(largest), np.abs(rates / sizes).max(axis=1, initial=0.0))
+    return fastest
