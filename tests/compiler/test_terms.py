@@ -53,6 +53,15 @@ def test_what_is_0_is_rounding_of_its_terms(x: float, y: float, z: float) -> Non
         assert abs(found[n]) <= 3e-16 * known[n]
 
 
+def test_entries_of_rotations_are_rounded_as_those_that_are_1() -> None:
+    """Whatever they are: of two that are 1e-17, by rounding, a difference may be all of a turned force."""
+    graph = Graph(analytic=True)
+    x, y, z = graph.inputs("state", 3)
+    values = [1e6 * (x - y), x * z, y + z]
+    found = replayed(terms(values, {("state", 0), ("state", 1)}), lambda array, row: (1e-17, -1e-17, 2.0)[row])
+    assert found == [2e6, 2.0 + 2e-17, 3.0]
+
+
 def test_sizes_of_some_sums() -> None:
     found = sizes((3.0, 2.0, 0.5))
     assert found[0] == 5.0

@@ -6,6 +6,7 @@ import pytest
 
 from lienumba.compiler.dense.decompositions import (
     Rows,
+    accelerations,
     beyond_rounding,
     eigenvalues,
     eigenvectors,
@@ -34,6 +35,31 @@ def test_rows_say_their_rank_and_what_they_leave_free() -> None:
     mu = rows.multipliers(product(turned(rows.Q), g))
     np.testing.assert_allclose(product(turned(C), mu), g, rtol=1e-9, atol=1e-9)
     assert Rows.of(C, 1e-9, np.array([2, 2, 2, 2])).rank.tolist() == [2, 2, 0, 2]
+
+
+def test_what_rows_do_not_touch_is_mixed_with_nothing() -> None:
+    """Coordinates that stand first, in the middle and last stay as they are, wherever Q has them."""
+    C, apart = RANDOM.normal(size=(2, 3, 8)), [0, 3, 7]
+    C[:, :, apart] = 0.0
+    Q = Rows.of(C, 1e-9).Q
+    for column in apart:
+        assert (np.sort(np.abs(Q[:, column]), axis=1) == np.eye(8)[7]).all()
+    np.testing.assert_allclose(product(C, Q)[:, :, 3:], 0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_accelerations_of_light_bodies_beside_heavy_ones_are_as_exact(seed: int) -> None:
+    """A chain of masses from 1e-9 to 1e9 kg against mpmath; each acceleration is exact beside its own size."""
+    rng = np.random.default_rng(seed)
+    L = np.tril(rng.uniform(-1.0, 1.0, (6, 6)))
+    np.fill_diagonal(L, rng.uniform(1.0, 2.0, 6))
+    sizes = 10.0 ** rng.uniform(-9, 9, 6)
+    M = np.sqrt(sizes)[:, None] * (L @ L.T) * np.sqrt(sizes)
+    b = np.sqrt(sizes) * rng.normal(size=6)
+    with mp.workdps(50):
+        exact = np.array([float(x) for x in mp.lu_solve(mp.matrix(M.tolist()), mp.matrix(b.tolist()))])
+    found = accelerations(M[None], b[None], np.zeros(1, np.int64), TINY)[0]
+    np.testing.assert_allclose(found * np.sqrt(sizes), exact * np.sqrt(sizes), atol=1e-12)
 
 
 def test_systems_are_solved_from_a_row_on_and_dependent_columns_are_0() -> None:

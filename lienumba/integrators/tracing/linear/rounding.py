@@ -12,7 +12,7 @@ from lienumba.compiler.terms import ROUNDED
 from lienumba.integrators.tracing.linear.equations import Linear
 
 Array = npt.NDArray[Any]
-ELIMINATED = 1.4e-14  # of a sum of products: what rounding may make of it
+ELIMINATED = 2e-15  # of masses times accelerations: what elimination may make of forces
 
 
 @dataclass(frozen=True)
