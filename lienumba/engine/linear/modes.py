@@ -124,6 +124,8 @@ def _moving(system: Systems, recorded: Recorded) -> Systems:
     equations = recorded.equations
     first = system.A.shape[1] - len(equations.outputs["laws"])
     kept = np.concatenate([np.arange(first), first + equations.moving])
+    if len(kept) == system.A.shape[1]:
+        return system
     moves = replace(system.moves, **{name: getattr(system.moves, name)[:, :, kept] for name in ("dq", "dv", "da")})
     return replace(system, A=system.A[:, kept][:, :, kept], bodies=system.bodies[:, :, kept], moves=moves)
 
