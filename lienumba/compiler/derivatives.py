@@ -130,6 +130,13 @@ def slopes(node: Symbol) -> list[tuple[Symbol, Any]]:
         found = (node,)
     elif op == "log":
         found = (1.0 / a[0],)
+    elif op == "power":  # at 0 it counts as level, as a root does
+        x, p = a
+        positive = x > 0.0
+        found = (
+            operations.where(positive, p * operations.power(x, p - 1.0), 0.0),
+            operations.where(positive, node * operations.log(x), 0.0),
+        )
     elif op == "tanh":
         found = (1.0 - node * node,)
     elif op == "atan2":

@@ -30,9 +30,9 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": operations.divide,
     "fma": lambda a, b, c: c + a * b, "fms": lambda a, b, c: a * b - c, "fnma": lambda a, b, c: c - a * b,
     "neg": lambda a: -a, "<": lambda a, b: a < b, "<=": lambda a, b: a <= b, "==": lambda a, b: a == b,
-    "sqrt": operations.sqrt, "sin": operations.sin, "cos": operations.cos, "exp": operations.exp,
-    "log": operations.log, "tanh": operations.tanh, "atan2": operations.atan2, "where": operations.where,
-    "gather": operations.gather, "power_of_two": operations.power_of_two,
+    "sqrt": operations.sqrt, "power": operations.power, "sin": operations.sin, "cos": operations.cos,
+    "exp": operations.exp, "log": operations.log, "tanh": operations.tanh, "atan2": operations.atan2,
+    "where": operations.where, "gather": operations.gather, "power_of_two": operations.power_of_two,
 }  # fmt: skip
 
 
@@ -201,6 +201,8 @@ class _Expansion:
             return self.over_k * self.sum_of(x, node, INNER, WEIGHTED) + self.here(x) * own
         if op == "log":
             return (self.here(x) - self.over_k * self.sum_of(node, x, INNER, WEIGHTED)) * (1.0 / self.at_start(x))
+        if op == "power":
+            return self._power(node)
         if op in ("sin", "cos"):
             other = self.partner[node.id]
             found = self.over_k * self.sum_of(x, other, INNER, WEIGHTED) + self.here(x) * self.at_start(other)
@@ -211,6 +213,15 @@ class _Expansion:
         if op == "atan2":
             return self._angle(node)
         raise ValueError(f"no series for the operation {op!r}")
+
+    def _power(self, node: Symbol) -> Any:
+        """x times the derivative is p x' x^p; at 0 it has no series, as a root has none."""
+        x, p = node.args
+        exponent, start = self.at_start(p), self.at_start(x)
+        sums = exponent * self.sum_of(x, node, INNER, WEIGHTED) - self.sum_of(node, x, INNER, WEIGHTED)
+        found = self.over_k * sums + (exponent * self.here(x)) * self.zero[node.id]
+        positive = start > SLIGHT * SLIGHT
+        return operations.where(positive, found / operations.where(positive, start, 1.0), 0.0)
 
     def _angle(self, node: Symbol) -> Any:
         """x^2 + y^2 times the derivative is x y' - y x'."""

@@ -14,7 +14,7 @@ from typing import Any
 
 from lienumba.numerics import vector_math
 from lienumba.numerics.number import Condition, Number
-from lienumba.numerics.operations import absolute, piecewise_tanh, power
+from lienumba.numerics.operations import absolute, exp, piecewise_tanh, power
 
 COMPARISONS = ("<", "<=", "==")
 FUSED = ("fma", "fms", "fnma")  # a*b + c, a*b - c, c - a*b
@@ -290,6 +290,13 @@ class Symbol:
 
     def log(self) -> Any:
         return self.graph.node("log", self) if self.graph.analytic else vector_math.log(self)
+
+    def power(self, p: Number) -> Any:
+        """p: a number that is not whole. At 0 x^p has a series and a derivative, and exp(p log x) has none."""
+        if isinstance(p, float) and p == 0.5:
+            return self.sqrt()
+        given = p.invariant if isinstance(p, Symbol) else isinstance(p, float)
+        return self.graph.node("power", self, p) if given and self.graph.analytic else exp(p * self.log())
 
     def tanh(self) -> Any:
         return self.graph.node("tanh", self) if self.graph.analytic else piecewise_tanh(self)

@@ -15,7 +15,7 @@ from lienumba.compiler.derivatives import product, slopes
 from lienumba.compiler.symbols import Symbol, live
 from lienumba.numerics.operations import absolute, where
 
-FUNCTIONS = ("sin", "cos", "exp", "log", "tanh", "atan2")  # rounded themselves, where they hardly change, too
+FUNCTIONS = ("sin", "cos", "exp", "log", "power", "tanh", "atan2")  # rounded themselves, where they hardly change, too
 ROUNDED = 3e-16  # of the size of its terms: what a sum may be, and is not known by
 
 
