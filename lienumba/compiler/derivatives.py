@@ -140,8 +140,10 @@ def slopes(node: Symbol) -> list[tuple[Symbol, Any]]:
     elif op == "tanh":
         found = (1.0 - node * node,)
     elif op == "atan2":
-        inverse = 1.0 / (a[0] * a[0] + a[1] * a[1])
-        found = (a[1] * inverse, -(a[0] * inverse))
+        square = a[0] * a[0] + a[1] * a[1]
+        known = square > 0.0  # an angle of nothing counts as level
+        inverse = 1.0 / operations.where(known, square, 1.0)
+        found = tuple(operations.where(known, x * inverse, 0.0) for x in (a[1], -a[0]))
     else:
         raise ValueError(f"no derivative of the operation {op!r}")
     return [(x, value) for x, value in zip(a, found, strict=False) if isinstance(x, Symbol) and not is_zero(value)]

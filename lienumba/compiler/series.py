@@ -224,7 +224,7 @@ class _Expansion:
         return operations.where(positive, found / operations.where(positive, start, 1.0), 0.0)
 
     def _angle(self, node: Symbol) -> Any:
-        """x^2 + y^2 times the derivative is x y' - y x'."""
+        """x^2 + y^2 times the derivative is x y' - y x'; where both are 0 it has no series, as a root has none."""
         square, found = self.partner[node.id], -self.sum_of(node, self.partner[node.id], INNER, WEIGHTED)
         y, x = node.args
         newest: Any = 0.0
@@ -232,7 +232,10 @@ class _Expansion:
             if self._moves(a):
                 newest = newest + (sign * self.here(a)) * self.at_start(b)
                 found = found + sign * self.sum_of(a, b, INNER, WEIGHTED) if self._moves(b) else found
-        return (self.over_k * found + newest) * (1.0 / self.at_start(square))
+        start = self.at_start(square)
+        known = start > 0.0
+        inverse = 1.0 / operations.where(known, start, 1.0)
+        return operations.where(known, (self.over_k * found + newest) * inverse, 0.0)
 
     # ------------------------------------------------------------ all of it
     def made(self) -> Orders:

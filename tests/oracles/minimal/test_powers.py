@@ -101,3 +101,24 @@ def test_rest_exactly_where_it_begins(n: float, soft: float, status: int) -> Non
     assert found.position.values[0, 0, 2] == 0.0
     if status == 2:
         assert found.growth.item() == pytest.approx(-0.5 + np.sqrt(0.25 - soft), rel=1e-9)
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5", "taylor"])
+@pytest.mark.parametrize("law", ["atan2(q.speed, abs(q.displacement) + 0.5)", "hypot(q.displacement, q.speed)",
+                                 "atan2(q.displacement**3, q.speed**2)", "abs(q.speed)**1.2"])  # fmt: skip
+def test_what_begins_where_an_angle_or_a_length_is_0(method: str, law: str) -> None:
+    """As the slip of a wheel at rest, which has no angle, nor a derivative there."""
+    force = f"{G} + 0.3*sin(3*t) - 2*q.displacement - {law}"
+    settings = {"method": method, "tolerance": 1e-10, "end_time": 1.5}
+    ds = lienumba.run(slide(force, integrator=settings, output={"every": 1.5}), progress=False)
+    names = {"atan2": np.arctan2, "hypot": np.hypot, "abs": abs}
+
+    def f(t: float, y: Any) -> list[float]:
+        known = law.replace("q.displacement", "y[0]").replace("q.speed", "y[1]")
+        return [y[1], 0.3 * np.sin(3 * t) - 2 * y[0] - eval(known, {"y": y}, names)]
+
+    expected = solve_ivp(f, (0.0, 1.5), [0.0, 0.0], method="DOP853", rtol=1e-12, atol=1e-13).y[0, -1]
+    assert ds.status.item() == 0
+    assert ds.position.values[0, -1, 0, 2] == pytest.approx(expected, abs=1e-7)
+    rest = {**slide(f"{G} - 2*q.displacement - {law}"), "integrator": settings}
+    assert lienumba.equilibrium(rest).status.item() in (0, 3)
