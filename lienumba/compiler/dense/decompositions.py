@@ -17,11 +17,12 @@ from lienumba.compiler.flat import Flat, kept
 
 Array = npt.NDArray[Any]
 SMALL = 1e-7  # of the largest eigenvalue: rounding splits a double zero by less
-DOUBTFUL = 1e-6  # of the largest: what may be rounding, if it is a sum of what is larger still
+DOUBTFUL = 1e-4  # of the largest: what may be rounding, if it is a sum of what is larger still, or moves little mass
 SLOWLY = 1e-3  # of an eigenvalue: rounding makes one of several that are the same grow by less
 FIRM = 0.1  # of a small eigenvalue, or growth: what is no rounding changes by less where A is rounded otherwise
 TIMES = 3  # A is rounded otherwise: once, another eigenvalue may come near by chance
 ROUNDED = 1.4e-14  # of the largest entry of a row of A
+STORED = 3e-16  # of a number itself
 EVEN = 1e-13  # of the largest eigenvalue: how much of another one may be rounding
 NOTHING = 1e-10  # of the longest row of C, or of 1: what is no longer than that is rounding
 ELIMINATION = "lienumba.compiler.dense.elimination"
@@ -202,44 +203,50 @@ def magnitudes(values: Array) -> Array:
 
 
 def beyond_rounding(
-    A: Array, values: Array, rates: slice, scale: Array, rounded: Callable[[Array], Array]
+    A: Array, values: Array, rates: slice, scale: Array, rounded: Callable[[Array], tuple[Array, Array]]
 ) -> tuple[Array, Array]:
     """Eigenvalues (runs, n) without what of them is rounding, and which are 0: small ones that are not the same where
     entries of A are rounded otherwise; nor is growth that is not the same. scale (runs,): beside what they may be
-    small; rounded: of some runs (indices) by how much entries of the rows of `rates` (some, rates, n) may be rounding;
-    those of other rows may be as their largest one."""
+    small; rounded: of some runs (indices), that the rows of `rates` are a matrix (some, rates, rates) times what may be
+    wrong by so much (some, rates, n); entries of other rows may be as their largest one."""
     sizes = magnitudes(values)
     zero, largest = np.zeros(values.shape, bool), sizes.max(axis=1, initial=0.0)
     which = np.flatnonzero(sizes.min(axis=1, initial=np.inf) <= DOUBTFUL * np.maximum(largest, scale))
     if len(which):
-        entries = rounded(which)
+        inverse, forces = rounded(which)
+        entries = product(np.abs(inverse), forces)
         stiff, damped = (entries[:, :, x].max(axis=(1, 2), initial=0.0) for x in (slice(0, rates.start), rates))
         least = np.maximum(np.sqrt(stiff), damped)
         zero[which] = sizes[which] <= np.maximum(SMALL * largest[which], least)[:, None]
         some = (zero[which] & (sizes[which] > 0.0)).any(axis=1)
-        which, entries = which[some], entries[some]
-        every = ROUNDED * np.abs(A[which])
-        every[:, rates] += entries
-        for others in (slice(0, rates.start), slice(rates.stop, A.shape[1])):
-            every[:, others] = every[:, others].max(axis=2, initial=0.0)[:, :, None]
-        moved = _moved(A[which], values[which], every)
+        which, inverse, forces = which[some], inverse[some], forces[some]
+        every = np.broadcast_to(ROUNDED * np.abs(A[which]).max(axis=2)[:, :, None], A[which].shape).copy()
+        every[:, rates] = STORED * np.abs(A[which][:, rates])
+
+        def changes(signs: Array) -> Array:
+            found = every * signs
+            found[:, rates] += product(inverse, forces * signs[rates])
+            return found
+
+        moved = _moved(A[which], values[which], changes)
         zero[which] &= ~(moved < FIRM * sizes[which])
     grows = growing(np.where(zero, 0.0, values)) & (values.real < SLOWLY * sizes)
     which = np.flatnonzero(grows.any(axis=1))
     if len(which):
-        moved = _moved(A[which], values[which], ROUNDED * np.abs(A[which]))
+        moved = _moved(A[which], values[which], lambda signs: ROUNDED * np.abs(A[which]) * signs)
         grows[which] &= ~(moved < FIRM * values.real[which])
     found = np.where(zero, 0.0, values)
     found.real[grows & ~zero] = 0.0
     return found, zero
 
 
-def _moved(A: Array, values: Array, rounded: Array) -> Array:
-    """How far eigenvalues (runs, n) are from those of A at most, where entries are rounded by so much."""
+def _moved(A: Array, values: Array, changes: Callable[[Array], Array]) -> Array:
+    """How far eigenvalues (runs, n) are from those of A at most, where its entries change by what random signs (n, n),
+    from 0.5 to 1 in size, say."""
     n, draw, most = A.shape[1], np.random.default_rng(0).uniform, np.zeros(values.shape)
     for _ in range(TIMES):
         signs = draw(0.5, 1.0, (n, n)) * np.where(draw(-1.0, 1.0, (n, n)) < 0.0, -1.0, 1.0)
-        others = eigenvalues(A + rounded * signs)
+        others = eigenvalues(A + changes(signs))
         apart = magnitudes(values[:, :, None] - others[:, None, :]).min(axis=2)
         most = np.maximum(most, np.where(np.isnan(apart), np.inf, apart))
     return most

@@ -143,7 +143,7 @@ def _of_systems(
         values = eigenvalues(A)
     moves = system.moves.part(sound)
 
-    def rounded(which: Array) -> Array:
+    def rounded(which: Array) -> tuple[Array, Array]:
         return moves.part(which).rounded(of_forces(runs[which]))
 
     values, zero = beyond_rounding(A, values, moves.rates, system.scale[sound], rounded)

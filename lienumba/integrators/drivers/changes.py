@@ -27,7 +27,8 @@ from lienumba.integrators.drivers.acting import (
     used,
 )  # fmt: skip
 from lienumba.integrators.drivers.event_search import LEAVES, TOUCH
-from lienumba.integrators.drivers.events import SLIGHT, note
+from lienumba.integrators.drivers.event_turns import SLIGHT
+from lienumba.integrators.drivers.events import note
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
 from lienumba.integrators.drivers.measuring.steps import forget_past_of
 from lienumba.integrators.drivers.switching import (

@@ -1,5 +1,5 @@
 """Conditions that come and go within the open step: true for a moment though false at both of its ends, or false for a
-moment though true at both; of events, and of what is closed, or sticks.
+moment though true at both; of events, and of what is closed, sticks, or slides in a joint.
 
 Where the ends say that a condition may pass 0 between them, it is looked at in Lobatto's points; and between these
 where its rate passes 0, or, where no rate is known, about the largest value.
@@ -47,6 +47,7 @@ from lienumba.integrators.truth import AT_ROOT, BAND
 from lienumba.numerics.operations import absolute, maximum, minimum
 
 TRIES = 24  # at parabolas and halves
+SLIGHT = 1e-12  # of the largest normal force, of the largest speed so far, of a length: what is less is 0
 FAINT = 1e-14  # in the unit of a condition: of what is locked at 0 all is rounding
 
 
@@ -95,8 +96,13 @@ def least_of(sizes: Sizes, at: Workspace, n: int, before: Lanes) -> Lanes:
     """By how much a condition has to be on the other side of 0: see `truth`, and `certificates`."""
     if n >= sizes.events:
         switch = (n - sizes.events) // layout.CONDITIONS
-        least = BEYOND * load(at.change, layout.change_forces(sizes) + switch)
-        return choose(load(at.state, layout.on_row(sizes) + switch) == OFF, splat(TOUCH), least)
+        on, least = (
+            load(at.state, layout.on_row(sizes) + switch),
+            BEYOND * load(at.change, layout.change_forces(sizes) + switch),
+        )
+        if (n - sizes.events) % layout.CONDITIONS == SLIDES:
+            least = choose(on == SLIDE, SLIGHT * load(at.change, layout.change_speeds(sizes) + switch), least)
+        return choose(on == OFF, splat(TOUCH), least)
     extent = load(at.conditions, layout.peak_row(sizes) + EXTENT * sizes.events + n)
     return maximum(extent * choose(before > 0.0, splat(BAND), splat(AT_ROOT)), splat(FAINT))
 
@@ -160,7 +166,8 @@ def _may(sizes: Sizes, at: Workspace, n: int, length: Lanes, cut: Mask) -> Lanes
 
 @apart
 def _holds(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Lanes:
-    """1 where a condition of a switch says that what is closed, or sticks, can do so, else 0."""
+    """1 where a condition of a switch says that what is closed, or sticks, can do so, or that what slides in a joint
+    goes on as it does, else 0."""
     switch, which = (n - sizes.events) // layout.CONDITIONS, (n - sizes.events) % layout.CONDITIONS
     kind, on = plan.switches[switch, SWITCH_KIND], load(at.new, layout.on_row(sizes) + switch)
     used = load(at.new, layout.mask_row(sizes) + plan.switches[switch, SWITCH_FIRST])
@@ -168,7 +175,7 @@ def _holds(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Lanes:
     if kind == UNILATERAL:
         asked = choose(on == STICK, 1.0, choose(on == SLIDE, 1.0 if which == OPENS else 0.0, splat(0.0)))
     if kind == FRICTION and which == SLIDES:
-        asked = choose((on == STICK) & (used != 0.0), splat(1.0), 0.0)
+        asked = choose((on == SLIDE) | ((on == STICK) & (used != 0.0)), splat(1.0), 0.0)
     return choose(load(at.conditions, n) <= 0.0, asked, 0.0)
 
 

@@ -9,7 +9,7 @@ from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import certificates, stages
 from lienumba.integrators.drivers.acting import PAST, follow, gather, hold, if_it_acts, pass_over, sift
 from lienumba.integrators.drivers.event_search import EDGE, LATER, LEAVES, SOUGHT, TOUCH, search
-from lienumba.integrators.drivers.event_turns import doubt_rates, go_on, keep_rates, rises_here, seek_turns
+from lienumba.integrators.drivers.event_turns import SLIGHT, doubt_rates, go_on, keep_rates, rises_here, seek_turns
 from lienumba.integrators.drivers.event_waves import count_more, see_peaks, seek_first
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
 from lienumba.integrators.drivers.switching.reactions import STILL
@@ -41,7 +41,6 @@ from lienumba.integrators.layout import (
 from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import HOLDS, absolute, minimum
 
-SLIGHT = 1e-12  # of the largest normal force, of the largest speed so far, of a length: what is less is 0
 SOON = 2.0**-14  # of a run: in a step that is longer nothing is carried along unnoticed
 BEHIND = 1.0 + 2.0**-49  # of a time: later by rounding
 

@@ -194,7 +194,7 @@ def test_what_drifts_on_a_circle_does_not_grow_by_rounding_and_slow_growth_is_to
             eigenvalues(A),
             slice(0, len(matrix)),
             np.ones(1),
-            lambda which, A=A: np.full(A[which].shape, 1e-14),
+            lambda which, A=A: (np.broadcast_to(np.eye(A.shape[1]), A[which].shape), np.full(A[which].shape, 1e-14)),
         )
         assert growing(found).any() == grows
         assert not zero.any()

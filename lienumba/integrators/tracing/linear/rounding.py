@@ -12,6 +12,7 @@ from lienumba.compiler.terms import ROUNDED
 from lienumba.integrators.tracing.linear.equations import Linear
 
 Array = npt.NDArray[Any]
+SMALL = 1e-13  # of the largest pivot of the masses, by their own sizes
 ELIMINATED = 2e-15  # of masses times accelerations: what elimination may make of forces
 
 
@@ -30,18 +31,21 @@ class Moves:
         """Of these runs."""
         return Moves(self.M[which], self.dq[which], self.dv[which], self.da[which], self.rates)
 
-    def rounded(self, sums: Mapping[str, Array]) -> Array:
-        """What may be rounding of the accelerations along what is free (runs, rates, size); sums: of forces by places
-        and by rates, the terms (runs, n, n)."""
+    def rounded(self, sums: Mapping[str, Array]) -> tuple[Array, Array]:
+        """The inverse of the masses along what is free (runs, rates, rates), and what may be rounding of the forces
+        there (runs, rates, size); sums: of forces by places and by rates, the terms (runs, n, n)."""
         W = self.dv[:, :, self.rates]
         along = turned(_spread(W))
         terms = ROUNDED * (product(sums["q"], _spread(self.dq)) + product(sums["v"], _spread(self.dv)))
         terms += ELIMINATED * product(np.abs(self.M), np.abs(self.da))
         reduced = product(turned(W), product(self.M, W))
         free = np.broadcast_to(np.eye(W.shape[2]), reduced.shape)
-        inverse = np.abs(accelerations(reduced, free, np.zeros(len(W), np.int64), 0.0))
-        found: Array = product(inverse, product(along, terms))
-        return np.where(np.isfinite(found), found, 0.0)
+        inverse = accelerations(reduced, free, np.zeros(len(W), np.int64), SMALL)
+        return _finite(inverse), _finite(product(along, terms))
+
+
+def _finite(x: Array) -> Array:
+    return np.where(np.isfinite(x), x, 0.0)
 
 
 def _spread(x: Array) -> Array:

@@ -27,11 +27,10 @@ from lienumba.compiler.dense.decompositions import (
     turned,
 )
 from lienumba.integrators.tracing.linear.equations import Linear
-from lienumba.integrators.tracing.linear.rounding import Moves
+from lienumba.integrators.tracing.linear.rounding import SMALL, Moves
 from lienumba.integrators.tracing.linear.standing import REDUNDANT
 
 Array = npt.NDArray[Any]
-SMALL = 1e-13  # of the largest pivot of the masses, by their own sizes
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,7 @@ def stability(near: Near) -> Stability:
     growth, grows, zeros = np.full(runs, np.nan), np.zeros(runs, bool), np.zeros(runs, int)
     for own, A, moves in _systems(near):
 
-        def rounded(which: Array, own: Array = own, moves: Moves = moves) -> Array:
+        def rounded(which: Array, own: Array = own, moves: Moves = moves) -> tuple[Array, Array]:
             return moves.part(which).rounded(near.of_forces(own[which]))
 
         values, nothing = beyond_rounding(A, eigenvalues(A), moves.rates, near.scale[own], rounded)
