@@ -183,7 +183,7 @@ def _near(
     cut = seeks & (load(at.lanes, UNTIL) == load(at.lanes, CUT))
     store(at.lanes, NEAR, splat(0.0))
     store(at.lanes, LOW, splat(0.0))
-    if not any_lane(cut):
+    if kernels[layout.EXPAND] != 0 or not any_lane(cut):  # a series says it all
         return
     low = 1.0 - maximum(splat(VICINITY), 8.0 * finest_part(t, length))
     cut = cut & (low > 0.5)

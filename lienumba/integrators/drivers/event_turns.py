@@ -16,7 +16,7 @@ from lienumba.integrators.drivers.acting import follow, if_it_acts
 from lienumba.integrators.drivers.certificates import BEYOND
 from lienumba.integrators.drivers.event_search import SOUGHT, TOUCH, locate, look_within, search_between
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
-from lienumba.integrators.drivers.lobatto import point
+from lienumba.integrators.drivers.lobatto import point, risen, through
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     ACTION,
@@ -34,9 +34,11 @@ from lienumba.integrators.layout import (
     SLIDE,
     SLIDES,
     STICK,
+    STRODE,
     SWIFTEST,
     SWITCH_FIRST,
     SWITCH_KIND,
+    UNCLEAR,
     UNILATERAL,
     UNTIL,
     Workspace,
@@ -48,6 +50,8 @@ from lienumba.numerics.operations import absolute, maximum, minimum
 
 TRIES = 24  # at parabolas and halves
 SLIGHT = 1e-12  # of the largest normal force, of the largest speed so far, of a length: what is less is 0
+UNLIKE = 0.02  # of what a load differs by in a panel, the polynomial through its points is wrong at most
+FARTHER = 5.0  # times that, a load may be larger than where it was looked at
 FAINT = 1e-14  # in the unit of a condition: of what is locked at 0 all is rounding
 
 
@@ -140,6 +144,7 @@ def go_on(sizes: Sizes, at: Workspace, new: int, going: Mask) -> None:
     for n in range(layout.conditions(sizes)):
         row, rise = layout.rise_row(sizes) + n, load(new, n) - load(at.conditions, n)
         store(at.conditions, row, choose(going, rise, load(at.conditions, row)))
+    store(at.lanes, STRODE, choose(going, load(at.clock, layout.LENGTH), load(at.lanes, STRODE)))
     rates = layout.peak_row(sizes) + END_RATE * sizes.events
     follow(sizes, at, new, at.conditions + ROW * rates, going)
     stages.commit(going, at.conditions, new, layout.conditions(sizes))
@@ -157,7 +162,7 @@ def _may(sizes: Sizes, at: Workspace, n: int, length: Lanes, cut: Mask) -> Lanes
     p, q, mean = choose(known, p, 0.0), choose(known, q, 0.0), end - begin
     low, high = minimum(p, q), maximum(p, q)
     few, many = minimum(mean / EVEN, mean * EVEN), maximum(mean / EVEN, mean * EVEN)
-    last = load(at.conditions, layout.rise_row(sizes) + n)
+    last = load(at.conditions, layout.rise_row(sizes) + n) * maximum(length / load(at.lanes, STRODE), splat(1.0))
     reach = choose(known, by_rates(low, high, mean), by_changes(mean, last))
     reach = choose(known & (low >= few) & (high <= many), splat(0.0), reach)
     stays = choose(before > 0.0, choose(after > 0.0, 1.0, splat(0.0)), choose(after <= 0.0, 1.0, splat(0.0)))
@@ -308,12 +313,57 @@ def _seek_turn(
 
 
 @apart
-def before_hits(sizes: Sizes, at: Workspace, plan: Plan, t: Lanes, length: Lanes) -> Lanes:
-    """The fraction of the open step at which something hits a stop or a contact, else 1."""
+def _loaded(sizes: Sizes, at: Workspace, plan: Plan, n: int, length: Lanes) -> Lanes:
+    """1 where a condition of a switch is a load on what is closed, or sticks, that may pass what that holds, else 0."""
+    on, never = load(at.new, layout.on_row(sizes) + (n - sizes.events) // layout.CONDITIONS), splat(0.0) > 1.0
+    loads = splat(1.0) if (n - sizes.events) % layout.CONDITIONS == OPENS else choose(on == STICK, splat(1.0), 0.0)
+    after = load(at.conditions, layout.conditions(sizes) + n)
+    return loads * choose(after > 0.0, splat(1.0), _may(sizes, at, n, length, never)) * _holds(sizes, at, plan, n)
+
+
+@apart
+def _see_unclear(
+    kernels: np.ndarray, sizes: Sizes, at: Workspace, plan: Plan, good: Mask, t: Lanes, length: Lanes, last: int
+) -> None:  # fmt: skip
+    """UNCLEAR where a load that may be too large is, between the points of a panel, unlike the polynomial through them,
+    or is too large more than once: no error of the motion keeps steps short where all rests."""
+    panel = float(POINTS - 1) / float(last)
+    for n in range(sizes.events, layout.conditions(sizes)):
+        over, back, again, least = splat(0.0), splat(0.0), splat(0.0), least_of(sizes, at, n, splat(-1.0))
+        for k in range(1, last + 1):
+            f = _value(sizes, at, n, k, last)
+            again = choose((back > 0.0) & (f > 0.0), splat(1.0), again)
+            back = choose((over > 0.0) & (f <= 0.0), splat(1.0), back)
+            over = choose(f > least, splat(1.0), over)
+        lanes = good & (again > 0.0) & (_loaded(sizes, at, plan, n, length) > 0.0)
+        store(at.lanes, UNCLEAR, choose(lanes, splat(1.0), load(at.lanes, UNCLEAR)))
+    for k in range(2 * (last // (POINTS - 1))):
+        m, part = (POINTS - 1) * (k // 2), 0.5 * (point(2 * (k % 2)) + point(2 * (k % 2) + 1))
+        look_within(kernels, layout.EVENTS, at, t, length, splat(_place(m, last) + part * panel))
+        for n in range(sizes.events, layout.conditions(sizes)):
+            a, b = _value(sizes, at, n, m, last), _value(sizes, at, n, m + 1, last)
+            c, d = _value(sizes, at, n, m + 2, last), _value(sizes, at, n, m + 3, last)
+            e, f = _value(sizes, at, n, m + 4, last), load(at.following, n)
+            o, p, q, r = through(a, b, c, d, e)
+            most = maximum(maximum(maximum(a, b), maximum(c, d)), maximum(e, f))
+            least = minimum(minimum(minimum(a, b), minimum(c, d)), minimum(e, f))
+            wrong = absolute(f - c - risen(splat(2.0 * part - 1.0), o, p, q, r))
+            unlike = (wrong > UNLIKE * (most - least)) & (most + FARTHER * wrong > 0.0)
+            unlike = unlike & (wrong > BAND * maximum(absolute(most), absolute(least)))
+            lanes = good & unlike & (_loaded(sizes, at, plan, n, length) > 0.0)
+            store(at.lanes, UNCLEAR, choose(lanes, splat(1.0), load(at.lanes, UNCLEAR)))
+
+
+@apart
+def before_hits(sizes: Sizes, at: Workspace, plan: Plan, t: Lanes, length: Lanes, leaves: bool) -> Lanes:
+    """The fraction of the open step at which something hits a stop or a contact, or also leaves it, else 1."""
     times, hit = at.conditions + ROW * 2 * layout.conditions(sizes), splat(NEVER)
     for n in range(sizes.events, layout.conditions(sizes)):
-        if plan.switches[(n - sizes.events) // layout.CONDITIONS, SWITCH_KIND] == UNILATERAL:
-            hit = minimum(hit, choose(load(times, n) < load(at.lanes, UNTIL), load(times, n), NEVER))
+        switch = (n - sizes.events) // layout.CONDITIONS
+        if plan.switches[switch, SWITCH_KIND] == UNILATERAL:
+            on = splat(float(OFF)) if leaves else load(at.state, layout.on_row(sizes) + switch)
+            there = (on == OFF) & (load(times, n) < load(at.lanes, UNTIL))
+            hit = minimum(hit, choose(there, load(times, n), NEVER))
     return choose(hit < NEVER, (hit - t) / length, 1.0)
 
 
@@ -323,11 +373,21 @@ def seek_turns(
     queue: Queue, plan: Plan, good: Mask, t: Lanes, length: Lanes,
 ) -> None:  # fmt: skip
     """Where conditions come true within the open step, though they are on the same side of 0 at both ends. Where
-    something hits a stop or a contact, what is behind that is no motion: points are taken before it."""
+    something hits a stop or a contact, what is behind that is no motion: points are taken before it. UNCLEAR: where a
+    shorter step has to show this."""
     count, until, seen, never = layout.conditions(sizes), load(at.lanes, UNTIL), False, splat(0.0) > 1.0
-    times, whole = at.conditions + ROW * 2 * count, before_hits(sizes, at, plan, t, length)
+    times, whole = at.conditions + ROW * 2 * count, before_hits(sizes, at, plan, t, length, True)
     cut = good & ((whole < 1.0) | (until == load(at.lanes, CUT)))
     last = layout.INTERVALS if kernels[layout.EXPAND] != 0 else POINTS - 1
+    loaded = splat(0.0)
+    for n in range(sizes.events, count):
+        loaded = maximum(loaded, choose(good, _loaded(sizes, at, plan, n, length), 0.0))
+    if any_lane(loaded > 0.0):
+        stages.extend(kernels, sizes, nodes, at, t, length, until)
+        _look_inside(kernels, sizes, at, t, length, splat(1.0), last)
+        loaded = choose(before_hits(sizes, at, plan, t, length, False) >= 1.0, loaded, 0.0)
+        _see_unclear(kernels, sizes, at, plan, loaded > 0.0, t, length, last)
+        seen = not any_lane(whole < 1.0)
     for n in range(count):
         may = _may(sizes, at, n, length, cut if n < sizes.events else never) > 0.0
         may = may & good & (load(times, n) == NEVER)

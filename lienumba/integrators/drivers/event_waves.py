@@ -118,7 +118,7 @@ def seek_first(
     """The time at which events first come true in the step, and gaps close: before the one that was found, or where
     none was, though they may have turned."""
     times, until, seen = at.conditions + ROW * 2 * layout.conditions(sizes), load(at.lanes, UNTIL), False
-    whole = before_hits(sizes, at, plan, t, length)
+    whole = before_hits(sizes, at, plan, t, length, True)
     for n in range(layout.conditions(sizes)):
         if n >= sizes.events:
             gap = plan.switches[(n - sizes.events) // layout.CONDITIONS, SWITCH_KIND] == UNILATERAL

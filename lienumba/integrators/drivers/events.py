@@ -28,12 +28,14 @@ from lienumba.integrators.layout import (
     OPENS,
     PICKED,
     RECORDS,
+    REJECTED,
     SETS,
     SLIDES,
     STATUS,
     STICK,
     SWITCH_FIRST,
     SWITCH_KIND,
+    UNCLEAR,
     UNTIL,
     T,
     Workspace,
@@ -228,6 +230,7 @@ def find_events(
     times = at.conditions + ROW * 2 * count
     store(at.lanes, CHANGED, splat(0.0))
     store(at.lanes, NEAR, splat(0.0))
+    store(at.lanes, UNCLEAR, splat(0.0))
     fails = _see(kernels, sizes, at, first, rows, runs, queue, plan, end, good)
     for n in range(count):
         sought = choose(load(times, n) == SOUGHT, splat(1.0), sought)
@@ -238,6 +241,11 @@ def find_events(
     seek_first(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good, t, length)
     for n in range(count):
         happened = choose(load(times, n) < NEVER, splat(1.0), happened)
+    chosen = kernels[layout.CLOSE] != 0 or kernels[layout.EXPAND] != 0  # the length of the step
+    unclear = (load(at.lanes, UNCLEAR) != 0.0) & (length > (SOON * end if chosen else NEVER))
+    happened = choose(unclear, splat(0.0), happened)
+    store(at.lanes, CUT, choose(unclear, t + 0.5 * length, load(at.lanes, CUT)))
+    store(at.lanes, REJECTED, load(at.lanes, REJECTED) + choose(unclear, splat(1.0), 0.0))
     store(at.clock, layout.TIME, t)
     store(at.lanes, PICKED, happened)
     exact = kernels[layout.EXPAND] != 0
@@ -268,7 +276,7 @@ def find_events(
                 note(sizes, first, rows, runs, queue, lane, leaves)
                 rows[first.lanes + CHANGED, lane] = 1.0 if change < NEVER else 0.0
         rows[first.lanes + PICKED, lane] = leaves
-    left = load(at.lanes, PICKED)
+    left = choose(unclear, splat(-1.0), load(at.lanes, PICKED))
     count_more(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good & (left >= 0.0), t, length, left)
     changes, sets = good & (left >= 0.0) & (load(at.lanes, CHANGED) != 0.0), False
     for n in range(sizes.events):
