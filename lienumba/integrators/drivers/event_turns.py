@@ -20,6 +20,8 @@ from lienumba.integrators.drivers.lobatto import point, risen, through
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     ACTION,
+    CHANGED,
+    CLEAR,
     CUT,
     END_RATE,
     EXTENT,
@@ -50,7 +52,8 @@ from lienumba.numerics.operations import absolute, maximum, minimum
 
 TRIES = 24  # at parabolas and halves
 SLIGHT = 1e-12  # of the largest normal force, of the largest speed so far, of a length: what is less is 0
-UNLIKE = 0.02  # of what a load differs by in a panel, the polynomial through its points is wrong at most
+LONGER = 1.2  # times the longest step in which loads were known, they may be unlike that
+UNLIKE = 0.005  # of what a load differs by in a panel, the polynomial through its points is wrong at most
 FARTHER = 5.0  # times that, a load may be larger than where it was looked at
 FAINT = 1e-14  # in the unit of a condition: of what is locked at 0 all is rounding
 
@@ -144,6 +147,7 @@ def go_on(sizes: Sizes, at: Workspace, new: int, going: Mask) -> None:
     for n in range(layout.conditions(sizes)):
         row, rise = layout.rise_row(sizes) + n, load(new, n) - load(at.conditions, n)
         store(at.conditions, row, choose(going, rise, load(at.conditions, row)))
+    store(at.lanes, CLEAR, choose(load(at.lanes, CHANGED) != 0.0, 0.0, load(at.lanes, CLEAR)))
     store(at.lanes, STRODE, choose(going, load(at.clock, layout.LENGTH), load(at.lanes, STRODE)))
     rates = layout.peak_row(sizes) + END_RATE * sizes.events
     follow(sizes, at, new, at.conditions + ROW * rates, going)
@@ -314,11 +318,13 @@ def _seek_turn(
 
 @apart
 def _loaded(sizes: Sizes, at: Workspace, plan: Plan, n: int, length: Lanes) -> Lanes:
-    """1 where a condition of a switch is a load on what is closed, or sticks, that may pass what that holds, else 0."""
+    """1 where a condition of a switch is a load on what is closed, or sticks, that may pass what that holds, or is not
+    known in so long a step, else 0."""
     on, never = load(at.new, layout.on_row(sizes) + (n - sizes.events) // layout.CONDITIONS), splat(0.0) > 1.0
     loads = splat(1.0) if (n - sizes.events) % layout.CONDITIONS == OPENS else choose(on == STICK, splat(1.0), 0.0)
-    after = load(at.conditions, layout.conditions(sizes) + n)
-    return loads * choose(after > 0.0, splat(1.0), _may(sizes, at, n, length, never)) * _holds(sizes, at, plan, n)
+    after, longer = load(at.conditions, layout.conditions(sizes) + n), length > LONGER * load(at.lanes, CLEAR)
+    may = choose((after > 0.0) | longer, splat(1.0), _may(sizes, at, n, length, never))
+    return loads * may * _holds(sizes, at, plan, n)
 
 
 @apart
@@ -326,7 +332,8 @@ def _see_unclear(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, plan: Plan, good: Mask, t: Lanes, length: Lanes, last: int
 ) -> None:  # fmt: skip
     """UNCLEAR where a load that may be too large is, between the points of a panel, unlike the polynomial through them,
-    or is too large more than once: no error of the motion keeps steps short where all rests."""
+    or is too large more than once: no error of the motion keeps steps short where all rests. Below 0 where it is unlike
+    that, and not too large all the same."""
     panel = float(POINTS - 1) / float(last)
     for n in range(sizes.events, layout.conditions(sizes)):
         over, back, again, least = splat(0.0), splat(0.0), splat(0.0), least_of(sizes, at, n, splat(-1.0))
@@ -348,10 +355,10 @@ def _see_unclear(
             most = maximum(maximum(maximum(a, b), maximum(c, d)), maximum(e, f))
             least = minimum(minimum(minimum(a, b), minimum(c, d)), minimum(e, f))
             wrong = absolute(f - c - risen(splat(2.0 * part - 1.0), o, p, q, r))
-            unlike = (wrong > UNLIKE * (most - least)) & (most + FARTHER * wrong > 0.0)
-            unlike = unlike & (wrong > BAND * maximum(absolute(most), absolute(least)))
+            unlike = (wrong > UNLIKE * (most - least)) & (wrong > BAND * maximum(absolute(most), absolute(least)))
             lanes = good & unlike & (_loaded(sizes, at, plan, n, length) > 0.0)
-            store(at.lanes, UNCLEAR, choose(lanes, splat(1.0), load(at.lanes, UNCLEAR)))
+            told = choose(most + FARTHER * wrong > 0.0, 1.0, choose(load(at.lanes, UNCLEAR) > 0.0, 1.0, splat(-1.0)))
+            store(at.lanes, UNCLEAR, choose(lanes, told, load(at.lanes, UNCLEAR)))
 
 
 @apart
@@ -387,10 +394,12 @@ def seek_turns(
         _look_inside(kernels, sizes, at, t, length, splat(1.0), last)
         loaded = choose(before_hits(sizes, at, plan, t, length, False) >= 1.0, loaded, 0.0)
         _see_unclear(kernels, sizes, at, plan, loaded > 0.0, t, length, last)
+        clear = (loaded > 0.0) & (load(at.lanes, UNCLEAR) == 0.0)
+        store(at.lanes, CLEAR, choose(clear, maximum(length, load(at.lanes, CLEAR)), load(at.lanes, CLEAR)))
         seen = not any_lane(whole < 1.0)
     for n in range(count):
         may = _may(sizes, at, n, length, cut if n < sizes.events else never) > 0.0
-        may = may & good & (load(times, n) == NEVER)
+        may = (may | ((loaded > 0.0) & (splat(float(n)) >= float(sizes.events)))) & good & (load(times, n) == NEVER)
         if n >= sizes.events and any_lane(may):
             may = may & (_holds(sizes, at, plan, n) > 0.0)
         if any_lane(may):

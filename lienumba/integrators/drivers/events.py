@@ -19,6 +19,7 @@ from lienumba.integrators.layout import (
     BEGINS,
     BILATERAL,
     CHANGED,
+    CLEAR,
     CUT,
     FRESH,
     FRICTION,
@@ -77,6 +78,7 @@ def _leaves(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -
 def _look_at_start(kernels: np.ndarray, sizes: Sizes, at: Workspace, fresh: Mask) -> None:
     """The conditions of runs that begin, none of which has come true yet."""
     count = layout.conditions(sizes)
+    store(at.lanes, CLEAR, choose(fresh, 0.0, load(at.lanes, CLEAR)))
     store(at.clock, layout.TIME, splat(0.0))
     call(kernels[layout.EVENTS], at.state, at.parameters, at.clock, 0, at.following, at.work)
     for row in range(layout.peak_row(sizes), layout.rise_row(sizes)):
@@ -242,7 +244,7 @@ def find_events(
     for n in range(count):
         happened = choose(load(times, n) < NEVER, splat(1.0), happened)
     chosen = kernels[layout.CLOSE] != 0 or kernels[layout.EXPAND] != 0  # the length of the step
-    unclear = (load(at.lanes, UNCLEAR) != 0.0) & (length > (SOON * end if chosen else NEVER))
+    unclear = (load(at.lanes, UNCLEAR) > 0.0) & (length > (SOON * end if chosen else NEVER))
     happened = choose(unclear, splat(0.0), happened)
     store(at.lanes, CUT, choose(unclear, t + 0.5 * length, load(at.lanes, CUT)))
     store(at.lanes, REJECTED, load(at.lanes, REJECTED) + choose(unclear, splat(1.0), 0.0))

@@ -1,0 +1,117 @@
+"""Loads that vary while all rests: no error keeps steps short, and what holds lets go on time, whatever the step."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import lienumba
+
+LOAD, END, RATIO = 4.0, 3.0, 1.3
+METHODS = {"dop853": 1e-10, "tsit54": 1e-9, "radau5": 1e-9, "radau9": 1e-11, "taylor": 1e-11}
+BOX: dict[str, Any] = {"name": "box", "mass": 1.0, "inertia": [0.1] * 3, "position": [0, 0, 0]}
+SLIDE: dict[str, Any] = {"name": "s", "type": "prismatic", "bodies": ["ground", "box"], "at": [0, 0, 0]}
+SWEEP = {
+    "runs": 24,
+    "seed": 3,
+    "vary": {
+        "parameters.c": {"distribution": "uniform", "low": 0.2, "high": 3.05},
+        "parameters.w": {"distribution": "uniform", "low": 3.0, "high": 30.0},
+    },
+}
+
+
+def run(model: dict[str, Any], method: str, coordinates: str, **more: Any) -> Any:
+    integrator = {"method": method, "tolerance": METHODS[method], "end_time": END, "coordinates": coordinates}
+    output = {"every": END, "max_changes": 256, "variables": ["s"]}
+    return lienumba.run(
+        {
+            "parameters": {"c": 1.0, "w": 5.0},
+            "model": {"gravity": [0, 0, 0], "bodies": [BOX], **model},
+            "quantities": [{"name": "s", "type": "joint", "joint": "s"}],
+            "integrator": integrator,
+            "output": output,
+            "sweep": SWEEP,
+            **more,
+        },
+        progress=False,
+    )
+
+
+def stick_slip(c: float, w: float, v: float) -> float:
+    """Where a box of 1 kg is at the end that starts at 0 at v: phase by phase, looked at in steps of 1/400 of a
+    period."""
+    fine, t, x = 2 * np.pi / w / 400, 0.0, 0.0
+
+    def load(t: float) -> float:
+        return float(LOAD * np.sin(w * t))
+
+    while t < END:
+        if v == 0.0:
+            times = np.append(np.arange(t, END, fine), END)
+            over = np.flatnonzero(np.abs(LOAD * np.sin(w * times)) > RATIO * c)
+            if abs(load(t)) <= RATIO * c:
+                if not len(over):
+                    return x
+                t = brentq(lambda t: abs(load(t)) - RATIO * c, times[over[0] - 1], times[over[0]], xtol=1e-14)
+            heading = np.sign(load(t))
+        else:
+            heading = np.sign(v)
+
+        def stops(t: float, y: Any, heading: float = heading) -> float:
+            return float(heading * y[1])
+
+        stops.terminal, stops.direction = True, -1.0  # type: ignore[attr-defined]
+        found = solve_ivp(
+            lambda t, y, d=heading: [y[1], load(t) - c * d], (t, END), [x, v], method="DOP853", rtol=1e-13, atol=1e-15,
+            max_step=10 * fine, events=stops, dense_output=True,
+        )  # fmt: skip
+        t, x, v = found.t[-1], found.y[0, -1], 0.0
+    return float(x)
+
+
+@pytest.mark.parametrize("coordinates", ["lie", "joint"])
+@pytest.mark.parametrize("method", METHODS)
+def test_what_sticks_under_a_swinging_load(method: str, coordinates: str) -> None:
+    """It stays for many periods of the load, or for a moment of one."""
+    friction = {"name": "dry", "type": "friction", "joint": "s", "coulomb": "c", "static": f"{RATIO}*c"}
+    swing = {"type": "actuator", "joint": "s", "value": f"{LOAD}*sin(w*t)"}
+    joint = {**SLIDE, "axis": [1, 0, 0], "speed": 0.5}
+    ds = run({"joints": [joint], "forces": [friction, swing]}, method, coordinates)
+    assert (ds.status == 0).all()
+    runs = zip(ds["parameters.c"].values, ds["parameters.w"].values, strict=True)
+    expected = [stick_slip(float(c), float(w), 0.5) for c, w in runs]
+    np.testing.assert_allclose(ds["s.displacement"].values[:, -1], expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("coordinates", ["lie", "joint"])
+@pytest.mark.parametrize("method", METHODS)
+def test_what_rests_on_a_stop_is_lifted_on_time(method: str, coordinates: str) -> None:
+    """By a force that is larger than its weight for a moment of each of its periods, and grows with time."""
+    stop = {"joint": "s", "low": 0.0, "restitution": 0.0}
+    pull = {"type": "actuator", "joint": "s", "value": "-9 + c*(1 + t)*sin(w*t)"}
+    ds = run({"joints": [{**SLIDE, "axis": [0, 0, 1]}], "forces": [pull], "limits": [stop]}, method, coordinates)
+    assert (ds.status == 0).all()
+    for run_, (c, w) in enumerate(zip(ds["parameters.c"].values, ds["parameters.w"].values, strict=True)):
+        times = np.linspace(0.0, END, 200_001)
+        over = np.flatnonzero(c * (1 + times) * np.sin(w * times) > 9.0)
+        opened = ds.change_time.values[run_][ds.change_kind.values[run_] == 6]
+        if not len(over):
+            assert not len(opened)
+            continue
+        lifts = brentq(lambda t, c=c, w=w: c * (1 + t) * np.sin(w * t) - 9.0, times[over[0] - 1], times[over[0]])
+        assert opened[0] == pytest.approx(lifts, abs=1e-9)
+
+
+@pytest.mark.parametrize("method", ["radau5", "taylor"])
+def test_stops_and_friction_together(method: str) -> None:
+    """With impacts, and rests on stops that friction bears with, all methods do the same."""
+    friction = {"name": "dry", "type": "friction", "joint": "s", "coulomb": "c", "static": f"{RATIO}*c"}
+    swing = {"type": "actuator", "joint": "s", "value": f"{LOAD}*sin(w*t) + where(t > 0.9, 2, 0)"}
+    joint, stops = {**SLIDE, "axis": [1, 0, 0], "speed": 0.5}, {"low": -0.05, "high": 0.12, "restitution": 0.5}
+    model = {"joints": [joint], "forces": [friction, swing], "limits": [{"joint": "s", **stops}]}
+    measures = [{"name": "swept", "value": "integral(s.speed**2)"}]
+    one, other = (run(model, x, "joint", measures=measures) for x in ("dop853", method))
+    np.testing.assert_allclose(other.swept, one.swept, atol=1e-7)
