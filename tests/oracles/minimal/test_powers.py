@@ -122,3 +122,22 @@ def test_what_begins_where_an_angle_or_a_length_is_0(method: str, law: str) -> N
     assert ds.position.values[0, -1, 0, 2] == pytest.approx(expected, abs=1e-7)
     rest = {**slide(f"{G} - 2*q.displacement - {law}"), "integrator": settings}
     assert lienumba.equilibrium(rest).status.item() in (0, 3)
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
+def test_a_spring_without_free_length_between_points_that_coincide(method: str) -> None:
+    """It has no direction there, but its stiffness, in all of them."""
+    spring = {"type": "spring_damper", "bodies": ["ground", "ball"], "points": [[1, 2, 3], [0, 0, 0]],
+              "stiffness": 40.0, "free_length": 0.0}  # fmt: skip
+    ball = {"name": "ball", "mass": 2.0, "inertia": [0.1, 0.2, 0.3], "position": [1, 2, 3]}
+    settings = {"method": method, "tolerance": 1e-10, "end_time": 1.0}
+    model: dict[str, Any] = {"gravity": [0, 0, 0], "bodies": [ball], "forces": [spring]}
+    found = lienumba.equilibrium({"model": model, "integrator": settings})
+    modes = lienumba.modes({"model": model, "integrator": settings})
+    assert found.status.item() == 3  # it may turn
+    w = np.sqrt(40.0 / 2.0)
+    np.testing.assert_allclose(modes.angular_frequency.values.ravel(), [0, 0, 0, w, w, w], rtol=1e-12, atol=1e-12)
+    model["bodies"] = [{**ball, "velocity": [0.3, -0.2, 0.1]}]
+    ds = lienumba.run({"model": model, "integrator": settings, "output": {"every": 1.0}}, progress=False)
+    moved = ds.position.values[0, -1, 0] - [1, 2, 3]
+    np.testing.assert_allclose(moved, np.array([0.3, -0.2, 0.1]) * np.sin(w) / w, atol=1e-8)

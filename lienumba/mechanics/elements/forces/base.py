@@ -217,10 +217,11 @@ def apart(force: Force, view: View) -> tuple[Motion, Motion, so3.Vec3]:
 
 
 def _length(v: so3.Vec3) -> Number:
-    """|v|, and to first order its change: along the direction that v has now. Zero has no direction."""
+    """|v|, and to first order its change: along the direction that v has now. Zero has no direction, but a length whose
+    part of one is known: so a spring without free length has its stiffness there."""
     d: Any = tuple(lift(x).a for x in v)
     inverse = 1.0 / sqrt(so3.dot(d, d) + SQUARE_FLOOR)
-    length: Number = so3.dot(so3.scale(inverse, d), v)
+    length: Number = so3.dot(so3.scale(inverse, d), v) + SQUARE_FLOOR * inverse
     return length
 
 
