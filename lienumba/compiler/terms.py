@@ -4,8 +4,8 @@ To first order every input x changes a value by its derivative times dx. Where e
 the result by its size, so that none cancels another, and each dx is x itself, the value's change is the size of its
 terms: times the unit of rounding, what rounding can make of it (running error analysis; Higham, *Accuracy and Stability
 of Numerical Algorithms*, 2002, 3.3). Entries of rotations are rounded as those that are 1 are. What is exactly 0 has
-none. Directions that follow from parameters alone count as
-given: across axes that are nearly parallel they are a matter of rounding, and what is turned by them is turned back.
+none. Directions that follow from parameters alone count as given: across axes that are nearly parallel they are a
+matter of rounding, and what is turned by them is turned back.
 """
 
 from collections.abc import Container, Sequence

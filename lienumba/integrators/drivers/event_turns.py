@@ -103,10 +103,8 @@ def least_of(sizes: Sizes, at: Workspace, n: int, before: Lanes) -> Lanes:
     """By how much a condition has to be on the other side of 0: see `truth`, and `certificates`."""
     if n >= sizes.events:
         switch = (n - sizes.events) // layout.CONDITIONS
-        on, least = (
-            load(at.state, layout.on_row(sizes) + switch),
-            BEYOND * load(at.change, layout.change_forces(sizes) + switch),
-        )
+        on = load(at.state, layout.on_row(sizes) + switch)
+        least = BEYOND * load(at.change, layout.change_forces(sizes) + switch)
         if (n - sizes.events) % layout.CONDITIONS == SLIDES:
             least = choose(on == SLIDE, SLIGHT * load(at.change, layout.change_speeds(sizes) + switch), least)
         return choose(on == OFF, splat(TOUCH), least)
