@@ -384,9 +384,11 @@ def seek_turns(
     times, whole = at.conditions + ROW * 2 * count, before_hits(sizes, at, plan, t, length, True)
     cut = good & ((whole < 1.0) | (until == load(at.lanes, CUT)))
     last = layout.INTERVALS if kernels[layout.EXPAND] != 0 else POINTS - 1
-    loaded = splat(0.0)
+    loaded, asked = splat(0.0), choose(length > LONGER * load(at.lanes, CLEAR), splat(1.0), 0.0)
     for n in range(sizes.events, count):
-        loaded = maximum(loaded, choose(good, _loaded(sizes, at, plan, n, length), 0.0))
+        asked = choose(load(times, n) < NEVER, splat(1.0), asked)
+    for n in range(sizes.events, count if any_lane(good & (asked > 0.0)) else 0):
+        loaded = maximum(loaded, choose(good & (asked > 0.0), _loaded(sizes, at, plan, n, length), 0.0))
     if any_lane(loaded > 0.0):
         stages.extend(kernels, sizes, nodes, at, t, length, until)
         _look_inside(kernels, sizes, at, t, length, splat(1.0), last)
