@@ -126,7 +126,7 @@ def _moving(system: Systems, recorded: Recorded) -> Systems:
     kept = np.concatenate([np.arange(first), first + equations.moving])
     if len(kept) == system.A.shape[1]:
         return system
-    moves = replace(system.moves, **{name: getattr(system.moves, name)[:, :, kept] for name in ("dq", "dv", "da")})
+    moves = system.moves.only(kept, system.moves.rates)
     return replace(system, A=system.A[:, kept][:, :, kept], bodies=system.bodies[:, :, kept], moves=moves)
 
 

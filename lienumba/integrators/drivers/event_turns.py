@@ -16,7 +16,7 @@ from lienumba.integrators.drivers.acting import follow, if_it_acts
 from lienumba.integrators.drivers.certificates import BEYOND
 from lienumba.integrators.drivers.event_search import SOUGHT, TOUCH, locate, look_within, search_between
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
-from lienumba.integrators.drivers.lobatto import point, risen, through
+from lienumba.integrators.drivers.lobatto import missed, point
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     ACTION,
@@ -348,15 +348,12 @@ def _see_unclear(
         for n in range(sizes.events, layout.conditions(sizes)):
             a, b = _value(sizes, at, n, m, last), _value(sizes, at, n, m + 1, last)
             c, d = _value(sizes, at, n, m + 2, last), _value(sizes, at, n, m + 3, last)
-            e, f = _value(sizes, at, n, m + 4, last), load(at.following, n)
-            o, p, q, r = through(a, b, c, d, e)
-            most = maximum(maximum(maximum(a, b), maximum(c, d)), maximum(e, f))
-            least = minimum(minimum(minimum(a, b), minimum(c, d)), minimum(e, f))
-            wrong = absolute(f - c - risen(splat(2.0 * part - 1.0), o, p, q, r))
+            wrong, least, most = missed(part, a, b, c, d, _value(sizes, at, n, m + 4, last), load(at.following, n))
             unlike = (wrong > UNLIKE * (most - least)) & (wrong > BAND * maximum(absolute(most), absolute(least)))
-            lanes = good & unlike & (_loaded(sizes, at, plan, n, length) > 0.0)
-            told = choose(most + FARTHER * wrong > 0.0, 1.0, choose(load(at.lanes, UNCLEAR) > 0.0, 1.0, splat(-1.0)))
-            store(at.lanes, UNCLEAR, choose(lanes, told, load(at.lanes, UNCLEAR)))
+            if any_lane(good & unlike):
+                lanes, known = good & unlike & (_loaded(sizes, at, plan, n, length) > 0.0), load(at.lanes, UNCLEAR)
+                told = choose(most + FARTHER * wrong > 0.0, 1.0, choose(known > 0.0, 1.0, splat(-1.0)))
+                store(at.lanes, UNCLEAR, choose(lanes, told, known))
 
 
 @apart

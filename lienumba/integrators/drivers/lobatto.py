@@ -1,7 +1,8 @@
 """Lobatto's five points of a step, and the polynomial through what is there."""
 
-from lienumba.compiler.lanes import Lanes
+from lienumba.compiler.lanes import Lanes, splat
 from lienumba.compiler.routines.marks import inlined
+from lienumba.numerics.operations import absolute, maximum, minimum
 
 FIRST_POINT = 0.17267316464601142845  # (1 - sqrt(3/7))/2
 SQUARE = 3.0 / 7.0  # of where the inner points are, between -1 and 1
@@ -48,3 +49,13 @@ def risen(s: Lanes, o: Lanes, p: Lanes, q: Lanes, r: Lanes) -> Lanes:
 def rise(s: Lanes, o: Lanes, p: Lanes, q: Lanes, r: Lanes) -> Lanes:
     """Its derivative by s."""
     return o + s * (2.0 * p + s * (3.0 * q + s * 4.0 * r))
+
+
+@inlined
+def missed(x: float, a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes, found: Lanes) -> tuple[Lanes, Lanes, Lanes]:
+    """By how much the polynomial through five values misses what was found at a fraction; the least and the largest of
+    all six."""
+    o, p, q, r = through(a, b, c, d, e)
+    most = maximum(maximum(maximum(a, b), maximum(c, d)), maximum(e, found))
+    least = minimum(minimum(minimum(a, b), minimum(c, d)), minimum(e, found))
+    return absolute(found - c - risen(splat(2.0 * x - 1.0), o, p, q, r)), least, most

@@ -11,7 +11,7 @@ from lienumba.compiler.routines.marks import apart
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.lane_queue import NEVER, Plan
-from lienumba.integrators.drivers.lobatto import point, risen, through
+from lienumba.integrators.drivers.lobatto import missed, point
 from lienumba.integrators.drivers.measuring.extremes import UNLIKE
 from lienumba.integrators.drivers.measuring.pieces import bend, keep_pieces
 from lienumba.integrators.drivers.measuring.points import look, look_along, signals, value_of
@@ -42,11 +42,7 @@ def _unlike(sizes: Sizes, at: Workspace, signal: int, x: float) -> Lanes:
     of it, else 0."""
     a, b, c = value_of(sizes, at, 0, signal, 0), value_of(sizes, at, 0, signal, 1), value_of(sizes, at, 0, signal, 2)
     d, e = value_of(sizes, at, 0, signal, 3), value_of(sizes, at, 0, signal, 4)
-    o, p, q, r = through(a, b, c, d, e)
-    found = load(signals(sizes, at, 0, ELSEWHERE), signal)
-    most = maximum(maximum(maximum(a, b), maximum(c, d)), maximum(e, found))
-    least = minimum(minimum(minimum(a, b), minimum(c, d)), minimum(e, found))
-    wrong = absolute(found - c - risen(splat(2.0 * x - 1.0), o, p, q, r))
+    wrong, least, most = missed(x, a, b, c, d, e, load(signals(sizes, at, 0, ELSEWHERE), signal))
     allowed = maximum(UNLIKE * (most - least), ROUNDING * maximum(absolute(most), absolute(least)))
     return choose(wrong > allowed, splat(1.0), 0.0)
 

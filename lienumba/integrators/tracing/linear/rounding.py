@@ -31,6 +31,10 @@ class Moves:
         """Of these runs."""
         return Moves(self.M[which], self.dq[which], self.dv[which], self.da[which], self.rates)
 
+    def only(self, kept: Array, rates: slice) -> "Moves":
+        """With these of x alone, of which `rates` are those."""
+        return Moves(self.M, self.dq[:, :, kept], self.dv[:, :, kept], self.da[:, :, kept], rates)
+
     def rounded(self, sums: Mapping[str, Array]) -> tuple[Array, Array]:
         """The inverse of the masses along what is free (runs, rates, rates), and what may be rounding of the forces
         there (runs, rates, size); sums: of forces by places and by rates, the terms (runs, n, n)."""

@@ -100,9 +100,7 @@ def _systems(near: Near) -> Iterator[tuple[Array, Array, Moves]]:
     for y, z in np.unique(np.stack([near.places.rank, near.rows.rank], axis=1), axis=0):
         which = np.flatnonzero((near.places.rank == y) & (near.rows.rank == z))
         kept = np.concatenate([np.arange(y, n), np.arange(n + z, 2 * n), 2 * n + laws])
-        dq, dv, da = (x[which][:, :, kept] for x in (moves.dq, moves.dv, moves.da))
-        own = Moves(moves.M[which], dq, dv, da, slice(n - y, 2 * n - y - z))
-        yield which, whole[np.ix_(which, kept, kept)], own
+        yield which, whole[np.ix_(which, kept, kept)], moves.part(which).only(kept, slice(n - y, 2 * n - y - z))
 
 
 def _whole(near: Near) -> tuple[Array, Moves]:
