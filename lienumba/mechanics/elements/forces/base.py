@@ -182,7 +182,7 @@ class BetweenPoints(ForceLaw):
 
     @staticmethod
     def coordinates(given: Given, view: View) -> Vector:
-        return (_length(apart(given.force, view)[2]),)
+        return (length(apart(given.force, view)[2]),)
 
     def to_model(self, names: Names) -> Force:
         return self._force(tuple(names.bodies[name] for name in self.bodies), points=tuple(map(vec3, self.points)))
@@ -216,13 +216,12 @@ def apart(force: Force, view: View) -> tuple[Motion, Motion, so3.Vec3]:
     return a, b, so3.subtract(b.point(q), a.point(p))
 
 
-def _length(v: so3.Vec3) -> Number:
-    """|v|, and to first order its change: along the direction that v has now. Zero has no direction, but a length whose
-    part of one is known: so a spring without free length has its stiffness there."""
+def length(v: so3.Vec3, least: Number = 0.0) -> Any:
+    """|v|, and to first order its change: along the direction that v has now. Zero has no direction; least: m, what it
+    is there, at most the root of SQUARE_FLOOR, so that what is proportional to it has its slope."""
     d: Any = tuple(lift(x).a for x in v)
     inverse = 1.0 / sqrt(so3.dot(d, d) + SQUARE_FLOOR)
-    length: Number = so3.dot(so3.scale(inverse, d), v) + SQUARE_FLOOR * inverse
-    return length
+    return so3.dot(so3.scale(inverse, d), v) + (least * least) * inverse
 
 
 def quadratic(stiffness: Number, x: Number) -> Number:

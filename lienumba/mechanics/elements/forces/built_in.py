@@ -18,6 +18,7 @@ from lienumba.mechanics.elements.forces.base import (
     OnBody,
     OnPoint,
     apart,
+    length,
     quadratic,
 )
 from lienumba.mechanics.elements.forces.numbers import DISSIPATIVE, SIZE, faulty_limits, number, positive
@@ -34,6 +35,8 @@ RATE = ("m s-1", "rad s-1")
 STIFFNESS = ("N m-1", "N m rad-1")
 DAMPING = ("N s m-1", "N m s rad-1")
 
+LEAST_LENGTH = 1e-100  # m, of a spring
+
 
 @FORCES.add
 class SpringDamper(BetweenPoints):
@@ -47,6 +50,11 @@ class SpringDamper(BetweenPoints):
     free_length: Timed | None = number(
         "the length in {} without force", "m", SIZE, default=None, omitted="the length at the start"
     )
+
+    @staticmethod
+    def coordinates(given: Given, view: View) -> Vector:
+        """The distance. Without free length it has its stiffness where that is zero, too."""
+        return (length(apart(given.force, view)[2], least=LEAST_LENGTH),)
 
     @staticmethod
     def potential(given: Given, c: Vector) -> Number:
