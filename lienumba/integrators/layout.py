@@ -43,16 +43,15 @@ CLOCK = TOLERANCE + TOLERANCES
 # from the fraction LOW on, FOUND: at the last place; ROUGH: whether a rough place will do; DIPS: whether it is the rate
 # of an open gap; NEAR: whether that is at the end of the step, which was cut for it; SEEN: 1 where the signals
 # at the start of the step are those at the end of the last one, 0 where they may have jumped, -1 where bodies have.
-# FREES: whether a change is but a release of what is in use. UNCLEAR: whether loads on what holds vary too fast in the
-# open step to be known by points, below 0 where they are small all the same; STRODE: how long (s) the last step was,
-# CLEAR: the longest one in which they were known since something changed. A lane that is FRESH BEGINS as long as its
-# run has no events yet.
+# FREES: whether a change is but a release of what is in use. STRODE: how long (s) the last step was; CLEAR: the longest
+# part of one in which loads on what holds were known by points, since something changed. A lane that is FRESH BEGINS as
+# long as its run has no events yet.
 # ROOT: of the margin, when it was LOOKED at; PASSES: when a singular position is to be expected, by these.
 ITERATIONS, _, T, H, JUMP, GRID, UNTIL, DUE, BUSY = range(9)
 FRESH, STALE, TRIAL, STATUS, BACK, ACCEPTED, REJECTED, PICKED, CUT, CHANGED, RECENT, MANY, GAINED, HAD = range(9, 23)
 BEGINS = 2.0
 SEEKS, LOW, BEFORE, AFTER, FOUND, ROUGH, DIPS, NEAR, MARK, TRIED, SEEN, ROOT, LOOKED, PASSES = range(23, 37)
-FREES, UNCLEAR, STRODE, CLEAR, LANES = range(37, 42)
+FREES, STRODE, CLEAR, LANES = range(37, 41)
 PROJECTIONS = 2  # whose iterations are counted
 
 CODE, MARGIN, VERDICT = range(3)  # rows behind the state to which a step leads, and how many

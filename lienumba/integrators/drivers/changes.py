@@ -12,7 +12,7 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
-from lienumba.integrators.drivers.acting import (
+from lienumba.integrators.drivers.events.acting import (
     engages,
     fired,
     follow,
@@ -26,9 +26,9 @@ from lienumba.integrators.drivers.acting import (
     turns,
     used,
 )  # fmt: skip
-from lienumba.integrators.drivers.event_search import LEAVES, TOUCH
-from lienumba.integrators.drivers.event_turns import SLIGHT
-from lienumba.integrators.drivers.events import note
+from lienumba.integrators.drivers.events.finding import note
+from lienumba.integrators.drivers.events.search import LEAVES, TOUCH
+from lienumba.integrators.drivers.events.turns import SLIGHT
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
 from lienumba.integrators.drivers.measuring.steps import forget_past_of
 from lienumba.integrators.drivers.switching import (

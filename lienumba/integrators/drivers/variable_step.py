@@ -12,11 +12,11 @@ from lienumba.compiler.routines.marks import Floats1, Integers1, Integers2, apar
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout, selection_table
 from lienumba.integrators.drivers import stages
-from lienumba.integrators.drivers.acting import AT_ONCE
 from lienumba.integrators.drivers.changes import change
 from lienumba.integrators.drivers.dense_output import keep_between, keep_ends, observe, pending
-from lienumba.integrators.drivers.event_search import read_off
-from lienumba.integrators.drivers.events import find_events, leave, start_events, start_switches
+from lienumba.integrators.drivers.events.acting import AT_ONCE
+from lienumba.integrators.drivers.events.finding import find_events, leave, start_events, start_switches
+from lienumba.integrators.drivers.events.search import read_off
 from lienumba.integrators.drivers.implicit import forget, grow, shorten, solve_stages, straddle
 from lienumba.integrators.drivers.lane_queue import (
     END,

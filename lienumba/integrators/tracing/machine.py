@@ -131,8 +131,8 @@ def observe_events(
     machine: Machine, states: np.ndarray, times: np.ndarray, parameters: np.ndarray, records: np.ndarray, limit: int,
     tolerance: float,
 ) -> None:  # fmt: skip
-    """See `event_states.observe_events`."""
-    name = "lienumba.integrators.drivers.event_states"
+    """See `events.states.observe_events`."""
+    name = "lienumba.integrators.drivers.events.states"
     routine = _DRIVERS.get(name, lambda: kept(name, "observe_events"))
     routine(
         machine.kernels, machine.sizes, states, times, parameters, records, limit, tolerance, machine.buffer()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.integrators.drivers import event_search
+from lienumba.integrators.drivers.events import search
 from lienumba.mechanics.system.switched import turning
 from tests.oracles.changing import scenarios
 
@@ -34,7 +34,7 @@ def resting(data: dict[str, Any], path: str, method: str) -> Any:
 
 
 def test_kernels_and_drivers_agree_on_what_touches() -> None:
-    assert turning.LEAVES == event_search.LEAVES
+    assert turning.LEAVES == search.LEAVES
 
 
 @pytest.mark.parametrize("method", INTEGRATORS)

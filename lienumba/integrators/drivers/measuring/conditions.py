@@ -10,7 +10,7 @@ from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, choose, load
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.event_search import finest_part
+from lienumba.integrators.drivers.events.search import finest_part
 from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.drivers.lobatto import fraction_of
 from lienumba.integrators.drivers.measuring.keeping import keep_over

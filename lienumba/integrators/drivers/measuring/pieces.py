@@ -8,7 +8,7 @@ import numpy as np
 from lienumba.compiler.lanes import Lanes, Mask, any_lane, choose, load, splat
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators.drivers import stages
-from lienumba.integrators.drivers.event_search import finest_part
+from lienumba.integrators.drivers.events.search import finest_part
 from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.drivers.lobatto import fraction_of
 from lienumba.integrators.drivers.measuring.conditions import keep_within

@@ -8,7 +8,7 @@ from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.dense_output import between
-from lienumba.integrators.drivers.event_search import locate
+from lienumba.integrators.drivers.events.search import locate
 from lienumba.integrators.drivers.lobatto import fraction_of, point, risen, through
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import POINTS, SEEKS, UNTIL, Workspace

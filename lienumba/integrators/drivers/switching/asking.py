@@ -4,7 +4,7 @@ import numpy as np
 
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.acting import fired, used
+from lienumba.integrators.drivers.events.acting import fired, used
 from lienumba.integrators.drivers.switching import used_rows
 from lienumba.integrators.drivers.switching.problem import BOUNDED, FREE, HOLDS, PRESSES, SLIDES
 from lienumba.integrators.drivers.switching.reactions import MOVES, Reactions, along, number, push, slow, still, touches

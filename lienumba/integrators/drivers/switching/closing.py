@@ -7,8 +7,8 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
-from lienumba.integrators.drivers.acting import engages
-from lienumba.integrators.drivers.event_search import TOUCH
+from lienumba.integrators.drivers.events.acting import engages
+from lienumba.integrators.drivers.events.search import TOUCH
 from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.drivers.switching import reactions
 from lienumba.integrators.drivers.workspace import Places, Rows

@@ -9,7 +9,7 @@ from lienumba.compiler.lanes import matrix
 from lienumba.compiler.routines.marks import Integers2, apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.event_search import TOUCH
+from lienumba.integrators.drivers.events.search import TOUCH
 from lienumba.integrators.drivers.switching.grips import Grips
 from lienumba.integrators.drivers.switching.problem import FREE, Problem, eliminate
 from lienumba.integrators.drivers.workspace import Rows

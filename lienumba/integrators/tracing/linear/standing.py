@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from lienumba.compiler.dense.decompositions import Rows, product, solved, turned, unit_rows
 from lienumba.compiler.flat import Flat, kept
-from lienumba.integrators.drivers.event_search import TOUCH
+from lienumba.integrators.drivers.events.search import TOUCH
 from lienumba.integrators.drivers.switching.at_rest import VECTORS
 from lienumba.integrators.drivers.switching.problem import FREE, PRESSES, SOLVED
 from lienumba.integrators.layout import SWITCH_FIRST

@@ -12,9 +12,9 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
-from lienumba.integrators.drivers.acting import if_it_acts
-from lienumba.integrators.drivers.event_search import SOUGHT, look_within, search_between
-from lienumba.integrators.drivers.event_turns import before_hits, least_of, length_of, rate_of
+from lienumba.integrators.drivers.events.acting import if_it_acts
+from lienumba.integrators.drivers.events.search import SOUGHT, look_within, search_between
+from lienumba.integrators.drivers.events.turns import before_hits, least_of, length_of, rate_of
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (  # fmt: skip
@@ -118,7 +118,7 @@ def seek_first(
     """The time at which events first come true in the step, and gaps close: before the one that was found, or where
     none was, though they may have turned."""
     times, until, seen = at.conditions + ROW * 2 * layout.conditions(sizes), load(at.lanes, UNTIL), False
-    whole = before_hits(sizes, at, plan, t, length, True)
+    whole = before_hits(sizes, at, plan, t, length)
     for n in range(layout.conditions(sizes)):
         if n >= sizes.events:
             gap = plan.switches[(n - sizes.events) // layout.CONDITIONS, SWITCH_KIND] == UNILATERAL

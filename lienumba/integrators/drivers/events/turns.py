@@ -12,11 +12,11 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
-from lienumba.integrators.drivers.acting import follow, if_it_acts
 from lienumba.integrators.drivers.certificates import BEYOND
-from lienumba.integrators.drivers.event_search import SOUGHT, TOUCH, locate, look_within, search_between
+from lienumba.integrators.drivers.events.acting import follow, if_it_acts
+from lienumba.integrators.drivers.events.search import SOUGHT, TOUCH, locate, look_within, search_between
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
-from lienumba.integrators.drivers.lobatto import missed, point
+from lienumba.integrators.drivers.lobatto import point
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     ACTION,
@@ -40,7 +40,6 @@ from lienumba.integrators.layout import (
     SWIFTEST,
     SWITCH_FIRST,
     SWITCH_KIND,
-    UNCLEAR,
     UNILATERAL,
     UNTIL,
     Workspace,
@@ -52,9 +51,6 @@ from lienumba.numerics.operations import absolute, maximum, minimum
 
 TRIES = 24  # at parabolas and halves
 SLIGHT = 1e-12  # of the largest normal force, of the largest speed so far, of a length: what is less is 0
-LONGER = 1.2  # times the longest step in which loads were known, they may be unlike that
-UNLIKE = 0.005  # of what a load differs by in a panel, the polynomial through its points is wrong at most
-FARTHER = 5.0  # times that, a load may be larger than where it was looked at
 FAINT = 1e-14  # in the unit of a condition: of what is locked at 0 all is rounding
 
 
@@ -153,7 +149,7 @@ def go_on(sizes: Sizes, at: Workspace, new: int, going: Mask) -> None:
 
 
 @apart
-def _may(sizes: Sizes, at: Workspace, n: int, length: Lanes, cut: Mask) -> Lanes:
+def may_turn(sizes: Sizes, at: Workspace, n: int, length: Lanes, cut: Mask) -> Lanes:
     """1 where a condition that is on the same side of 0 at both ends may be on the other between them, or is
     `cut`, else 0. It turns nowhere where its rates at both are about the mean one (see `step_ends.Ends`)."""
     before, after = _value(sizes, at, n, 0, 1), _value(sizes, at, n, 1, 1)
@@ -172,7 +168,7 @@ def _may(sizes: Sizes, at: Workspace, n: int, length: Lanes, cut: Mask) -> Lanes
 
 
 @apart
-def _holds(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Lanes:
+def holds(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Lanes:
     """1 where a condition of a switch says that what is closed, or sticks, can do so, or that what slides in a joint
     goes on as it does, else 0."""
     switch, which = (n - sizes.events) // layout.CONDITIONS, (n - sizes.events) % layout.CONDITIONS
@@ -187,28 +183,14 @@ def _holds(sizes: Sizes, at: Workspace, plan: Plan, n: int) -> Lanes:
 
 
 @apart
-def _peak(
+def climb(
     kernels: np.ndarray, at: Workspace, t: Lanes, length: Lanes, n: int, side: Lanes, least: Lanes, lanes: Mask,
-    begin: float, whole: float, a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes,
+    begin: Lanes, whole: Lanes, x1: Lanes, x2: Lanes, x3: Lanes, f1: Lanes, f2: Lanes, f3: Lanes,
 ) -> Lanes:  # fmt: skip
-    """The fraction of the step at which a condition is on the other side of 0, about the largest of its values in the
-    points of a panel, on this side; -1 where it is not found there. By parabolas, and by halves, since there may be a
-    kink, as long as the lines through three values lead there. begin, whole: of the step, where the panel begins, and
-    how long it is."""
-    ends = choose(e > a, splat(1.0), 0.0) != 0.0
-    x1, x3 = choose(ends, point(3), splat(0.0)), choose(ends, splat(1.0), point(1))
-    f1, f3, f2 = choose(ends, d, a), choose(ends, e, b), splat(-NEVER)
-    x2, most = 0.5 * (x1 + x3), maximum(a, e)
-    for k in range(1, POINTS - 1):
-        here, before, behind = b, a, c
-        if k == 2:
-            here, before, behind = c, b, d
-        elif k == 3:
-            here, before, behind = d, c, e
-        top = here > most
-        x1, f1, x2 = choose(top, point(k - 1), x1), choose(top, before, f1), choose(top, point(k), x2)
-        f2, x3, f3 = choose(top, here, f2), choose(top, point(k + 1), x3), choose(top, behind, f3)
-        most = maximum(most, here)
+    """The fraction of the step at which a condition is on the other side of 0, about the largest of its values, on this
+    side, in three places of a panel, of which the middle one is yet to be looked at where its value is -NEVER; -1 where
+    it is not found there. By parabolas, and by halves, since there may be a kink, as long as the lines through three
+    values lead there. begin, whole: of the step, where the panel begins, and how long it is."""
     found, left = splat(-1.0), lanes
     for k in range(TRIES):
         new = f2 == -NEVER
@@ -241,6 +223,27 @@ def _peak(
         x3, f3 = choose(last, x, choose(latter, x2, x3)), choose(last, f, choose(latter, f2, f3))
         x2, f2 = choose(new | more, x, x2), choose(new | more, f, f2)
     return found
+
+
+@inlined
+def _largest(a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes) -> tuple[Lanes, Lanes, Lanes, Lanes, Lanes, Lanes]:
+    """Three of Lobatto's points about the largest of the values there, and these; beside an end the one in the middle
+    is yet to be looked at."""
+    ends = choose(e > a, splat(1.0), 0.0) != 0.0
+    x1, x3 = choose(ends, point(3), splat(0.0)), choose(ends, splat(1.0), point(1))
+    f1, f3, f2 = choose(ends, d, a), choose(ends, e, b), splat(-NEVER)
+    x2, most = 0.5 * (x1 + x3), maximum(a, e)
+    for k in range(1, POINTS - 1):
+        here, before, behind = b, a, c
+        if k == 2:
+            here, before, behind = c, b, d
+        elif k == 3:
+            here, before, behind = d, c, e
+        top = here > most
+        x1, f1, x2 = choose(top, point(k - 1), x1), choose(top, before, f1), choose(top, point(k), x2)
+        f2, x3, f3 = choose(top, here, f2), choose(top, point(k + 1), x3), choose(top, behind, f3)
+        most = maximum(most, here)
+    return x1, x2, x3, f1, f2, f3
 
 
 @apart
@@ -295,10 +298,11 @@ def _seek_turn(
         if k % (POINTS - 1) == 0 and any_lane(blind):
             a, b = side * _value(sizes, at, n, m, last), side * _value(sizes, at, n, m + 1, last)
             c, d = side * _value(sizes, at, n, m + 2, last), side * _value(sizes, at, n, m + 3, last)
-            start = _place(m, last)
-            place = _peak(kernels, at, t, length, n, side, least, blind, start, panel, a, b, c, d, g)
+            start = splat(_place(m, last))
+            x1, x2, x3, f1, f2, f3 = _largest(a, b, c, d, g)
+            place = climb(kernels, at, t, length, n, side, least, blind, start, splat(panel), x1, x2, x3, f1, f2, f3)
             there = blind & (place > 0.0)
-            low, f_low = choose(there, splat(start), low), choose(there, a, f_low)
+            low, f_low = choose(there, start, low), choose(there, a, f_low)
             high, f_high = choose(there, place, high), choose(there, maximum(f_high, least), f_high)
             left = left & (choose(there, 1.0, 0.0) == 0.0)
     found = may & (high > 0.0)
@@ -315,90 +319,33 @@ def _seek_turn(
 
 
 @apart
-def _loaded(sizes: Sizes, at: Workspace, plan: Plan, n: int, length: Lanes) -> Lanes:
-    """1 where a condition of a switch is a load on what is closed, or sticks, that may pass what that holds, or is not
-    known in so long a step, else 0."""
-    on, never = load(at.new, layout.on_row(sizes) + (n - sizes.events) // layout.CONDITIONS), splat(0.0) > 1.0
-    loads = splat(1.0) if (n - sizes.events) % layout.CONDITIONS == OPENS else choose(on == STICK, splat(1.0), 0.0)
-    after, longer = load(at.conditions, layout.conditions(sizes) + n), length > LONGER * load(at.lanes, CLEAR)
-    may = choose((after > 0.0) | longer, splat(1.0), _may(sizes, at, n, length, never))
-    return loads * may * _holds(sizes, at, plan, n)
-
-
-@apart
-def _see_unclear(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, plan: Plan, good: Mask, t: Lanes, length: Lanes, last: int
-) -> None:  # fmt: skip
-    """UNCLEAR where a load that may be too large is, between the points of a panel, unlike the polynomial through them,
-    or is too large more than once: no error of the motion keeps steps short where all rests. Below 0 where it is unlike
-    that, and not too large all the same."""
-    panel = float(POINTS - 1) / float(last)
-    for n in range(sizes.events, layout.conditions(sizes)):
-        over, back, again, least = splat(0.0), splat(0.0), splat(0.0), least_of(sizes, at, n, splat(-1.0))
-        for k in range(1, last + 1):
-            f = _value(sizes, at, n, k, last)
-            again = choose((back > 0.0) & (f > 0.0), splat(1.0), again)
-            back = choose((over > 0.0) & (f <= 0.0), splat(1.0), back)
-            over = choose(f > least, splat(1.0), over)
-        lanes = good & (again > 0.0) & (_loaded(sizes, at, plan, n, length) > 0.0)
-        store(at.lanes, UNCLEAR, choose(lanes, splat(1.0), load(at.lanes, UNCLEAR)))
-    for k in range(2 * (last // (POINTS - 1))):
-        m, part = (POINTS - 1) * (k // 2), 0.5 * (point(2 * (k % 2)) + point(2 * (k % 2) + 1))
-        look_within(kernels, layout.EVENTS, at, t, length, splat(_place(m, last) + part * panel))
-        for n in range(sizes.events, layout.conditions(sizes)):
-            a, b = _value(sizes, at, n, m, last), _value(sizes, at, n, m + 1, last)
-            c, d = _value(sizes, at, n, m + 2, last), _value(sizes, at, n, m + 3, last)
-            wrong, least, most = missed(part, a, b, c, d, _value(sizes, at, n, m + 4, last), load(at.following, n))
-            unlike = (wrong > UNLIKE * (most - least)) & (wrong > BAND * maximum(absolute(most), absolute(least)))
-            if any_lane(good & unlike):
-                lanes, known = good & unlike & (_loaded(sizes, at, plan, n, length) > 0.0), load(at.lanes, UNCLEAR)
-                told = choose(most + FARTHER * wrong > 0.0, 1.0, choose(known > 0.0, 1.0, splat(-1.0)))
-                store(at.lanes, UNCLEAR, choose(lanes, told, known))
-
-
-@apart
-def before_hits(sizes: Sizes, at: Workspace, plan: Plan, t: Lanes, length: Lanes, leaves: bool) -> Lanes:
-    """The fraction of the open step at which something hits a stop or a contact, or also leaves it, else 1."""
+def before_hits(sizes: Sizes, at: Workspace, plan: Plan, t: Lanes, length: Lanes) -> Lanes:
+    """The fraction of the open step at which something hits a stop or a contact, or leaves it, else 1."""
     times, hit = at.conditions + ROW * 2 * layout.conditions(sizes), splat(NEVER)
     for n in range(sizes.events, layout.conditions(sizes)):
         switch = (n - sizes.events) // layout.CONDITIONS
         if plan.switches[switch, SWITCH_KIND] == UNILATERAL:
-            on = splat(float(OFF)) if leaves else load(at.state, layout.on_row(sizes) + switch)
-            there = (on == OFF) & (load(times, n) < load(at.lanes, UNTIL))
-            hit = minimum(hit, choose(there, load(times, n), NEVER))
+            hit = minimum(hit, choose(load(times, n) < load(at.lanes, UNTIL), load(times, n), NEVER))
     return choose(hit < NEVER, (hit - t) / length, 1.0)
 
 
 @apart
 def seek_turns(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
-    queue: Queue, plan: Plan, good: Mask, t: Lanes, length: Lanes,
+    queue: Queue, plan: Plan, good: Mask, walked: Lanes, t: Lanes, length: Lanes,
 ) -> None:  # fmt: skip
     """Where conditions come true within the open step, though they are on the same side of 0 at both ends. Where
-    something hits a stop or a contact, what is behind that is no motion: points are taken before it. UNCLEAR: where a
-    shorter step has to show this."""
+    something hits a stop or a contact, what is behind that is no motion: points are taken before it. walked: 1 where
+    those of switches are known."""
     count, until, seen, never = layout.conditions(sizes), load(at.lanes, UNTIL), False, splat(0.0) > 1.0
-    times, whole = at.conditions + ROW * 2 * count, before_hits(sizes, at, plan, t, length, True)
+    times, whole = at.conditions + ROW * 2 * count, before_hits(sizes, at, plan, t, length)
     cut = good & ((whole < 1.0) | (until == load(at.lanes, CUT)))
     last = layout.INTERVALS if kernels[layout.EXPAND] != 0 else POINTS - 1
-    loaded, asked = splat(0.0), choose(length > LONGER * load(at.lanes, CLEAR), splat(1.0), 0.0)
-    for n in range(sizes.events, count):
-        asked = choose(load(times, n) < NEVER, splat(1.0), asked)
-    for n in range(sizes.events, count if any_lane(good & (asked > 0.0)) else 0):
-        loaded = maximum(loaded, choose(good & (asked > 0.0), _loaded(sizes, at, plan, n, length), 0.0))
-    if any_lane(loaded > 0.0):
-        stages.extend(kernels, sizes, nodes, at, t, length, until)
-        _look_inside(kernels, sizes, at, t, length, splat(1.0), last)
-        loaded = choose(before_hits(sizes, at, plan, t, length, False) >= 1.0, loaded, 0.0)
-        _see_unclear(kernels, sizes, at, plan, loaded > 0.0, t, length, last)
-        clear = (loaded > 0.0) & (load(at.lanes, UNCLEAR) == 0.0)
-        store(at.lanes, CLEAR, choose(clear, maximum(length, load(at.lanes, CLEAR)), load(at.lanes, CLEAR)))
-        seen = not any_lane(whole < 1.0)
     for n in range(count):
-        may = _may(sizes, at, n, length, cut if n < sizes.events else never) > 0.0
-        may = (may | ((loaded > 0.0) & (splat(float(n)) >= float(sizes.events)))) & good & (load(times, n) == NEVER)
+        may = may_turn(sizes, at, n, length, cut if n < sizes.events else never) > 0.0
+        may = may & good & (load(times, n) == NEVER)
         if n >= sizes.events and any_lane(may):
-            may = may & (_holds(sizes, at, plan, n) > 0.0)
+            may = may & (walked == 0.0) & (holds(sizes, at, plan, n) > 0.0)
         if any_lane(may):
             if not seen:
                 stages.extend(kernels, sizes, nodes, at, t, length, until)

@@ -7,10 +7,11 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import certificates, stages
-from lienumba.integrators.drivers.acting import PAST, follow, gather, hold, if_it_acts, pass_over, sift
-from lienumba.integrators.drivers.event_search import EDGE, LATER, LEAVES, SOUGHT, TOUCH, search
-from lienumba.integrators.drivers.event_turns import SLIGHT, doubt_rates, go_on, keep_rates, rises_here, seek_turns
-from lienumba.integrators.drivers.event_waves import count_more, see_peaks, seek_first
+from lienumba.integrators.drivers.events.acting import PAST, follow, gather, hold, if_it_acts, pass_over, sift
+from lienumba.integrators.drivers.events.loads import loaded, seek_loads
+from lienumba.integrators.drivers.events.search import EDGE, LATER, LEAVES, SOUGHT, TOUCH, search
+from lienumba.integrators.drivers.events.turns import SLIGHT, doubt_rates, go_on, keep_rates, rises_here, seek_turns
+from lienumba.integrators.drivers.events.waves import count_more, see_peaks, seek_first
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
 from lienumba.integrators.drivers.switching.reactions import STILL
 from lienumba.integrators.drivers.workspace import Rows
@@ -29,14 +30,12 @@ from lienumba.integrators.layout import (
     OPENS,
     PICKED,
     RECORDS,
-    REJECTED,
     SETS,
     SLIDES,
     STATUS,
     STICK,
     SWITCH_FIRST,
     SWITCH_KIND,
-    UNCLEAR,
     UNTIL,
     T,
     Workspace,
@@ -232,22 +231,19 @@ def find_events(
     times = at.conditions + ROW * 2 * count
     store(at.lanes, CHANGED, splat(0.0))
     store(at.lanes, NEAR, splat(0.0))
-    store(at.lanes, UNCLEAR, splat(0.0))
     fails = _see(kernels, sizes, at, first, rows, runs, queue, plan, end, good)
     for n in range(count):
         sought = choose(load(times, n) == SOUGHT, splat(1.0), sought)
     store(at.clock, layout.TIME, t)
     if any_lane(sought != 0.0):
         search(kernels, sizes, nodes, at, first, rows, runs, queue, plan, sought != 0.0, t, length)
-    seek_turns(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good, t, length)
+    walked = loaded(sizes, at, plan, good, length)
+    if any_lane(walked > 0.0):
+        seek_loads(kernels, sizes, nodes, at, first, rows, runs, queue, plan, walked > 0.0, t, length)
+    seek_turns(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good, walked, t, length)
     seek_first(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good, t, length)
     for n in range(count):
         happened = choose(load(times, n) < NEVER, splat(1.0), happened)
-    chosen = kernels[layout.CLOSE] != 0 or kernels[layout.EXPAND] != 0  # the length of the step
-    unclear = (load(at.lanes, UNCLEAR) > 0.0) & (length > (SOON * end if chosen else NEVER))
-    happened = choose(unclear, splat(0.0), happened)
-    store(at.lanes, CUT, choose(unclear, t + 0.5 * length, load(at.lanes, CUT)))
-    store(at.lanes, REJECTED, load(at.lanes, REJECTED) + choose(unclear, splat(1.0), 0.0))
     store(at.clock, layout.TIME, t)
     store(at.lanes, PICKED, happened)
     exact = kernels[layout.EXPAND] != 0
@@ -278,7 +274,7 @@ def find_events(
                 note(sizes, first, rows, runs, queue, lane, leaves)
                 rows[first.lanes + CHANGED, lane] = 1.0 if change < NEVER else 0.0
         rows[first.lanes + PICKED, lane] = leaves
-    left = choose(unclear, splat(-1.0), load(at.lanes, PICKED))
+    left = load(at.lanes, PICKED)
     count_more(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good & (left >= 0.0), t, length, left)
     changes, sets = good & (left >= 0.0) & (load(at.lanes, CHANGED) != 0.0), False
     for n in range(sizes.events):
