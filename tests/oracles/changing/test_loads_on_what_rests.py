@@ -1,5 +1,6 @@
 """Loads that vary while all rests: no error keeps steps short, and what holds lets go on time, whatever the step."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -115,3 +116,75 @@ def test_stops_and_friction_together(method: str) -> None:
     measures = [{"name": "swept", "value": "integral(s.speed**2)"}]
     one, other = (run(model, x, "joint", measures=measures) for x in ("dop853", method))
     np.testing.assert_allclose(other.swept, one.swept, atol=1e-7)
+
+
+RANGES = {
+    "a": (1, 5),
+    "u": (2, 60),
+    "p": (0, 6.28),
+    "b": (1, 5),
+    "v": (2, 60),
+    "q": (0, 6.28),
+    "c": (0.5, 6),
+    "w": (2, 60),
+    "r": (0, 6.28),
+}
+
+
+@pytest.mark.parametrize(
+    ("method", "tolerance"), [("radau5", 1e-8), ("taylor", 1e-10), ("dop853", 1e-5), ("dp54", 1e-9)]
+)
+def test_the_first_slip_under_loads_of_several_frequencies(method: str, tolerance: float, tmp_path: Path) -> None:
+    """Of a box on a plane under three forces, of sizes a, b, c (N), frequencies u, v, w (rad/s) and phases, whose
+    friction is passed once or a few times, by 1e-4 to 0.3 of it, some of them for 1 ms of 3 s."""
+    rng, times = np.random.default_rng(2), np.linspace(0.0, END, 60_001)
+    x = {name: rng.uniform(low, high, 150)[:60] for name, (low, high) in RANGES.items()}
+
+    def load(k: int, t: Any) -> tuple[Any, Any]:
+        """Tangential and normal."""
+        y = {name: values[k] for name, values in x.items()}
+        along = np.hypot(y["a"] * np.sin(y["u"] * t + y["p"]), y["b"] * np.sin(y["v"] * t + y["q"]))
+        return along, 9.81 - y["c"] * np.sin(y["w"] * t + y["r"])
+
+    x["mu"], expected = np.empty(60), np.empty(60)
+    for k in range(60):
+        along, normal = load(k, times)
+        ratio = along / normal
+        mu = max(ratio.max() / (1 + 10 ** rng.uniform(-4, -0.5)), 1.001 * ratio[0])
+
+        def over(t: float, k: int = k, mu: float = mu) -> float:
+            along, normal = load(k, t)
+            return float(along - mu * normal)
+
+        first = np.flatnonzero(ratio > mu)[0]
+        x["mu"][k], expected[k] = mu, brentq(over, times[first - 1], times[first], xtol=1e-14)
+    table = tmp_path / "loads.csv"
+    np.savetxt(table, np.column_stack(list(x.values())), "%.17g", ",", header=",".join(x), comments="")
+    contact = {
+        "name": "floor", "type": "point_plane", "bodies": ["box", "ground"], "points": [[0, 0, 0], [0, 0, 0]],
+        "normal": [0, 0, 1], "friction": "mu",
+    }  # fmt: skip
+    value = ["a*sin(u*t + p)", "b*sin(v*t + q)", "c*sin(w*t + r)"]
+    ds = lienumba.run(
+        {
+            "parameters": dict.fromkeys(x, 1.0),
+            "model": {
+                "gravity": [0, 0, -9.81],
+                "bodies": [BOX],
+                "contacts": [contact],
+                "forces": [{"type": "force", "body": "box", "value": value}],
+            },
+            "integrator": {"method": method, "tolerance": tolerance, "end_time": END},
+            "output": {"every": END, "max_changes": 256, "variables": []},
+            "sweep": {
+                "runs": 60,
+                "sampler": "table",
+                "table": {"file": str(table)},
+                "vary": {f"parameters.{name}": {"column": name} for name in x},
+            },
+        },
+        progress=False,
+    )
+    assert (ds.status == 0).all()
+    slips = [run[kind == 8][:1] for run, kind in zip(ds.change_time.values, ds.change_kind.values, strict=True)]
+    np.testing.assert_allclose(np.concatenate(slips), expected, atol=1e-8)
