@@ -118,73 +118,79 @@ def test_stops_and_friction_together(method: str) -> None:
     np.testing.assert_allclose(other.swept, one.swept, atol=1e-7)
 
 
-RANGES = {
-    "a": (1, 5),
-    "u": (2, 60),
-    "p": (0, 6.28),
-    "b": (1, 5),
-    "v": (2, 60),
-    "q": (0, 6.28),
-    "c": (0.5, 6),
-    "w": (2, 60),
-    "r": (0, 6.28),
-}
+FORCES = {  # N, rad/s, rad; of three of them
+    **dict.fromkeys("ab", (1, 5)), "c": (0.5, 6), **dict.fromkeys("uvw", (2, 60)), **dict.fromkeys("pqr", (0, 6.28)),
+}  # fmt: skip
+PUSHED = 60  # runs
+
+
+def tangential(x: dict[str, np.ndarray], t: Any) -> Any:
+    return np.hypot(x["a"] * np.sin(x["u"] * t + x["p"]), x["b"] * np.sin(x["v"] * t + x["q"]))
+
+
+def normal(x: dict[str, np.ndarray], t: Any) -> Any:
+    return 9.81 - x["c"] * np.sin(x["w"] * t + x["r"])
+
+
+def slipping() -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Loads of a box on a plane, whose friction mu is passed once or a few times in 3 s, by 1e-4 to 0.3 of it, some of
+    them for 1 ms; and when it is passed first."""
+    rng, times = np.random.default_rng(5), np.linspace(0.0, END, 60_001)
+    x = {name: rng.uniform(low, high, PUSHED) for name, (low, high) in FORCES.items()}
+    x["mu"], expected = np.empty(PUSHED), np.empty(PUSHED)
+    for k in range(PUSHED):
+        one = {name: values[k] for name, values in x.items()}
+        ratio = tangential(one, times) / normal(one, times)
+        mu = max(ratio.max() / (1.0 + 10.0 ** rng.uniform(-4.0, -0.5)), 1.001 * ratio[0])
+
+        def over(t: float, one: dict[str, np.ndarray] = one, mu: float = mu) -> float:
+            return float(tangential(one, t) - mu * normal(one, t))
+
+        first = np.flatnonzero(ratio > mu)[0]
+        x["mu"][k], expected[k] = mu, brentq(over, times[first - 1], times[first], xtol=1e-14)
+    return x, expected
+
+
+def slide(x: dict[str, np.ndarray], folder: Path, method: str, tolerance: float) -> Any:
+    table = folder / "loads.csv"
+    np.savetxt(table, np.column_stack(list(x.values())), "%.17g", ",", header=",".join(x), comments="")
+    floor = {"name": "floor", "type": "point_plane", "bodies": ["box", "ground"], "normal": [0, 0, 1], "friction": "mu"}
+    value = ["a*sin(u*t + p)", "b*sin(v*t + q)", "c*sin(w*t + r)"]
+    model = {
+        "gravity": [0, 0, -9.81],
+        "bodies": [BOX],
+        "contacts": [{**floor, "points": [[0, 0, 0], [0, 0, 0]]}],
+        "forces": [{"type": "force", "body": "box", "value": value}],
+    }
+    vary = {f"parameters.{name}": {"column": name} for name in x}
+    return lienumba.run(
+        {
+            "parameters": dict.fromkeys(x, 1.0),
+            "model": model,
+            "integrator": {"method": method, "tolerance": tolerance, "end_time": END},
+            "output": {"every": END, "max_changes": 256, "variables": ["position"]},
+            "sweep": {"runs": PUSHED, "sampler": "table", "table": {"file": str(table)}, "vary": vary},
+        },
+        progress=False,
+    )
 
 
 @pytest.mark.parametrize(
     ("method", "tolerance"), [("radau5", 1e-8), ("taylor", 1e-10), ("dop853", 1e-5), ("dp54", 1e-9)]
 )
 def test_the_first_slip_under_loads_of_several_frequencies(method: str, tolerance: float, tmp_path: Path) -> None:
-    """Of a box on a plane under three forces, of sizes a, b, c (N), frequencies u, v, w (rad/s) and phases, whose
-    friction is passed once or a few times, by 1e-4 to 0.3 of it, some of them for 1 ms of 3 s."""
-    rng, times = np.random.default_rng(2), np.linspace(0.0, END, 60_001)
-    x = {name: rng.uniform(low, high, 150)[:60] for name, (low, high) in RANGES.items()}
-
-    def load(k: int, t: Any) -> tuple[Any, Any]:
-        """Tangential and normal."""
-        y = {name: values[k] for name, values in x.items()}
-        along = np.hypot(y["a"] * np.sin(y["u"] * t + y["p"]), y["b"] * np.sin(y["v"] * t + y["q"]))
-        return along, 9.81 - y["c"] * np.sin(y["w"] * t + y["r"])
-
-    x["mu"], expected = np.empty(60), np.empty(60)
-    for k in range(60):
-        along, normal = load(k, times)
-        ratio = along / normal
-        mu = max(ratio.max() / (1 + 10 ** rng.uniform(-4, -0.5)), 1.001 * ratio[0])
-
-        def over(t: float, k: int = k, mu: float = mu) -> float:
-            along, normal = load(k, t)
-            return float(along - mu * normal)
-
-        first = np.flatnonzero(ratio > mu)[0]
-        x["mu"][k], expected[k] = mu, brentq(over, times[first - 1], times[first], xtol=1e-14)
-    table = tmp_path / "loads.csv"
-    np.savetxt(table, np.column_stack(list(x.values())), "%.17g", ",", header=",".join(x), comments="")
-    contact = {
-        "name": "floor", "type": "point_plane", "bodies": ["box", "ground"], "points": [[0, 0, 0], [0, 0, 0]],
-        "normal": [0, 0, 1], "friction": "mu",
-    }  # fmt: skip
-    value = ["a*sin(u*t + p)", "b*sin(v*t + q)", "c*sin(w*t + r)"]
-    ds = lienumba.run(
-        {
-            "parameters": dict.fromkeys(x, 1.0),
-            "model": {
-                "gravity": [0, 0, -9.81],
-                "bodies": [BOX],
-                "contacts": [contact],
-                "forces": [{"type": "force", "body": "box", "value": value}],
-            },
-            "integrator": {"method": method, "tolerance": tolerance, "end_time": END},
-            "output": {"every": END, "max_changes": 256, "variables": []},
-            "sweep": {
-                "runs": 60,
-                "sampler": "table",
-                "table": {"file": str(table)},
-                "vary": {f"parameters.{name}": {"column": name} for name in x},
-            },
-        },
-        progress=False,
-    )
+    x, expected = slipping()
+    ds = slide(x, tmp_path, method, tolerance)
     assert (ds.status == 0).all()
     slips = [run[kind == 8][:1] for run, kind in zip(ds.change_time.values, ds.change_kind.values, strict=True)]
     np.testing.assert_allclose(np.concatenate(slips), expected, atol=1e-8)
+
+
+@pytest.mark.parametrize(("method", "tolerance"), [("radau5", 1e-6), ("radau9", 1e-5), ("taylor", 1e-4)])
+def test_slips_begin_whatever_the_tolerance(method: str, tolerance: float, tmp_path: Path) -> None:
+    """The direction of what hardly moves turns fast: of steps that are too long for that friction pushes at the end."""
+    x, _ = slipping()
+    ds, exact = slide(x, tmp_path, method, tolerance), slide(x, tmp_path, "dop853", 1e-11)
+    assert (ds.status == 0).all()
+    error = abs(ds.position - exact.position).max(["time", "body", "axis"])
+    assert error.max() < 20.0 * tolerance

@@ -30,6 +30,7 @@ from lienumba.integrators.layout import (
     OPENS,
     PICKED,
     RECORDS,
+    REJECTED,
     SETS,
     SLIDES,
     STATUS,
@@ -44,6 +45,7 @@ from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import HOLDS, absolute, minimum
 
 SOON = 2.0**-14  # of a run: in a step that is longer nothing is carried along unnoticed
+FINEST = 2.0**-30  # of a run: a shorter step in which friction pushes is not tried again
 BEHIND = 1.0 + 2.0**-49  # of a time: later by rounding
 
 
@@ -226,7 +228,8 @@ def find_events(
 ) -> Lanes:  # fmt: skip
     """What happens within the step in the lanes `good`; returns the time at which it is left, because an event stops
     the run or the mechanism changes (CHANGED), infinite where neither does, and the end of the step at least. Where a
-    step is to be tried again, to end directly behind a change, the time of that is its CUT, and -1 is returned."""
+    step is to be tried again, to end directly behind a change, or halfway where friction pushes at its end, the time of
+    that is its CUT, and -1 is returned."""
     count, happened, sought = layout.conditions(sizes), splat(0.0), splat(0.0)
     times = at.conditions + ROW * 2 * count
     store(at.lanes, CHANGED, splat(0.0))
@@ -244,6 +247,11 @@ def find_events(
     seek_first(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good, t, length)
     for n in range(count):
         happened = choose(load(times, n) < NEVER, splat(1.0), happened)
+    chosen = kernels[layout.CLOSE] != 0 or kernels[layout.EXPAND] != 0  # the length of the step
+    again = good & (fails == splat(codes.PUSHED)) & (length > (FINEST * end if chosen else NEVER))
+    happened = choose(again, splat(0.0), happened)
+    store(at.lanes, CUT, choose(again, t + 0.5 * length, load(at.lanes, CUT)))
+    store(at.lanes, REJECTED, load(at.lanes, REJECTED) + choose(again, splat(1.0), 0.0))
     store(at.clock, layout.TIME, t)
     store(at.lanes, PICKED, happened)
     exact = kernels[layout.EXPAND] != 0
@@ -274,7 +282,7 @@ def find_events(
                 note(sizes, first, rows, runs, queue, lane, leaves)
                 rows[first.lanes + CHANGED, lane] = 1.0 if change < NEVER else 0.0
         rows[first.lanes + PICKED, lane] = leaves
-    left = load(at.lanes, PICKED)
+    left = choose(again, splat(-1.0), load(at.lanes, PICKED))
     count_more(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good & (left >= 0.0), t, length, left)
     changes, sets = good & (left >= 0.0) & (load(at.lanes, CHANGED) != 0.0), False
     for n in range(sizes.events):
