@@ -135,7 +135,7 @@ def normal(x: dict[str, np.ndarray], t: Any) -> Any:
 def slipping() -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Loads of a box on a plane, whose friction mu is passed once or a few times in 3 s, by 1e-4 to 0.3 of it, some of
     them for 1 ms; and when it is passed first."""
-    rng, times = np.random.default_rng(5), np.linspace(0.0, END, 60_001)
+    rng, times = np.random.default_rng(7), np.linspace(0.0, END, 60_001)
     x = {name: rng.uniform(low, high, PUSHED) for name, (low, high) in FORCES.items()}
     x["mu"], expected = np.empty(PUSHED), np.empty(PUSHED)
     for k in range(PUSHED):
