@@ -13,6 +13,22 @@ LARGEST_FRACTION = 2.0**51  # numbers above have none
 NEAR_ZERO = 1e-4  # where two terms of a series are exact
 
 
+def tan(x: Number) -> Any:
+    return sin(x) / cos(x)
+
+
+def asin(x: Number) -> Any:
+    return atan2(x, sqrt((1.0 - x) * (1.0 + x)))
+
+
+def acos(x: Number) -> Any:
+    return atan2(sqrt((1.0 - x) * (1.0 + x)), x)
+
+
+def atan(x: Number) -> Any:
+    return atan2(x, 1.0)
+
+
 def _clip(x: Number, low: Number, high: Number) -> Any:
     return where(x > high, high, where(x < low, low, x))
 
@@ -27,6 +43,16 @@ def floor(x: Number) -> Any:
     nearest = vector_math.round_to_integer(value)
     below = where(nearest > value, nearest - 1.0, nearest)
     return where(absolute(value) < LARGEST_FRACTION, below, value)
+
+
+def ceil(x: Number) -> Any:
+    """The smallest whole number that is not below x."""
+    return -floor(-x)
+
+
+def mod(x: Number, y: Number) -> Any:
+    """What is left of x beside whole multiples of y, with the sign of y."""
+    return x - y * floor(x / y)
 
 
 def _smaller(x: Number, y: Number) -> Any:
@@ -47,14 +73,22 @@ def _cosh(x: Number) -> Any:
     return 0.5 * (exp(x) + exp(-x))
 
 
+def sinh(x: Number) -> Any:
+    return tanh(x) * _cosh(x)
+
+
+def hypot(x: Number, y: Number) -> Any:
+    return sqrt(x * x + y * y)
+
+
 # name -> (fewest arguments, most arguments, function)
 FUNCTIONS: dict[str, tuple[int, int, Callable[..., Any]]] = {
     "sin": (1, 1, sin),
     "cos": (1, 1, cos),
-    "tan": (1, 1, lambda x: sin(x) / cos(x)),
-    "asin": (1, 1, lambda x: atan2(x, sqrt((1.0 - x) * (1.0 + x)))),
-    "acos": (1, 1, lambda x: atan2(sqrt((1.0 - x) * (1.0 + x)), x)),
-    "atan": (1, 1, lambda x: atan2(x, 1.0)),
+    "tan": (1, 1, tan),
+    "asin": (1, 1, asin),
+    "acos": (1, 1, acos),
+    "atan": (1, 1, atan),
     "atan2": (2, 2, atan2),
     "exp": (1, 1, exp),
     "log": (1, 1, log),
@@ -66,11 +100,11 @@ FUNCTIONS: dict[str, tuple[int, int, Callable[..., Any]]] = {
     "max": (2, 9, lambda *x: reduce(_larger, x)),
     "clip": (3, 3, _clip),
     "floor": (1, 1, floor),
-    "ceil": (1, 1, lambda x: -floor(-x)),
-    "mod": (2, 2, lambda x, y: x - y * floor(x / y)),
+    "ceil": (1, 1, ceil),
+    "mod": (2, 2, mod),
     "sinc": (1, 1, _sinc),
-    "sinh": (1, 1, lambda x: tanh(x) * _cosh(x)),
+    "sinh": (1, 1, sinh),
     "cosh": (1, 1, _cosh),
-    "hypot": (2, 2, lambda x, y: sqrt(x * x + y * y)),
+    "hypot": (2, 2, hypot),
     "where": (3, 3, where),
 }

@@ -1,6 +1,7 @@
 """The text of a Python function with all that it uses, so that it can be read again elsewhere."""
 
 import ast
+import dis
 import inspect
 import math
 import sys
@@ -83,9 +84,10 @@ def _name_of(value: object) -> str:
 
 
 def _names(code: CodeType) -> list[str]:
-    """The global names that a function may use, those of functions inside it included."""
+    """The global names that a function may use, those of functions inside it included; attributes are none."""
+    own = [x.argval for x in dis.get_instructions(code) if x.opname in ("LOAD_GLOBAL", "LOAD_NAME")]
     inner = [name for c in code.co_consts if isinstance(c, CodeType) for name in _names(c)]
-    return list(dict.fromkeys((*code.co_names, *inner)))
+    return list(dict.fromkeys((*own, *inner)))
 
 
 def _of_library(module: ModuleType | None) -> bool:

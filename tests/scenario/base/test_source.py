@@ -51,6 +51,13 @@ def with_annotations(joint: laws.Joint, *, kp: float = 7.0, at: Vector | None = 
     return [joint.effort(-kp * joint.angle), joint.effort(0.5)]
 
 
+angle = HOOKED  # which nothing of a name of its own reads
+
+
+def with_an_attribute_named_like_a_global(joint):
+    return joint.effort(helper(joint.angle) + 0.5)
+
+
 def even(n):
     return 0.5 if n == 0 else odd(n - 1)
 
@@ -63,7 +70,10 @@ def with_a_circle(joint):
     return joint.effort(helper(joint.angle) + even(4))
 
 
-SAME = [alone, with_helper, with_imports, with_a_helper_inside, with_annotations, with_a_circle]
+SAME = [
+    alone, with_helper, with_imports, with_a_helper_inside, with_annotations, with_an_attribute_named_like_a_global,
+    with_a_circle,
+]  # fmt: skip
 
 
 def own(function: Any, **keys: Any) -> dict[str, Any]:
@@ -88,6 +98,20 @@ def test_a_function_of_python_is_written_out_with_all_that_it_uses(function):
     again = tomllib.loads(scenario.to_toml())
     assert resolve(again).sha256() == scenario.sha256()
     np.testing.assert_array_equal(run(again).position, ds.position)
+
+
+@pytest.mark.parametrize("name", [name for name in laws.__all__ if callable(getattr(laws, name))])
+def test_what_laws_are_written_with_can_be_imported_by_its_name(name, tmp_path, monkeypatch):
+    """Of functions their values, too."""
+    (tmp_path / "wheel.py").write_text(
+        f"from lienumba.laws import {name}\n\n\ndef f(j):\n    {name}\n    return j.effort(0.5)\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "wheel", raising=False)
+    (text,) = resolve(data(importlib.import_module("wheel").f)).data.files.values()
+    read: dict[str, Any] = {}
+    exec(text, read)
+    assert read[name] is getattr(laws, name)
 
 
 def test_what_it_does_not_use_does_not_change_the_hash(monkeypatch):
