@@ -137,11 +137,13 @@ class Asked:
                 (rows, good), origin = self.stored.rows(tracer, prepared, t), STORED
             else:
                 (rows, good), origin = records[t].rows(tracer, prepared, t), SIMULATED
+            rows = tracer.at_limits(prepared.model, rows, t) if t == 0.0 else rows
             yield States(labels, good, t, rows, numbers, origin)
 
     def start(self, tracer: FreedomTracer, prepared: Prepared) -> States:
         """At t = 0, before anything changes there."""
         rows = tracer.rows_at_start(prepared.model, np.asarray(prepared.states), prepared.angles)
+        rows = tracer.at_limits(prepared.model, rows, 0.0)
         numbers, good = split(prepared.model)[1], prepared.codes == SUCCESS
         return States(np.asarray(self.labels), good, 0.0, rows, numbers, GIVEN)
 

@@ -230,7 +230,7 @@ def find_events(
     the run or the mechanism changes (CHANGED), infinite where neither does, and the end of the step at least. Where a
     step is to be tried again, to end directly behind a change, or halfway where friction pushes at its end, the time of
     that is its CUT, and -1 is returned."""
-    count, happened, sought = layout.conditions(sizes), splat(0.0), splat(0.0)
+    count, happened, sought, leaving = layout.conditions(sizes), splat(0.0), splat(0.0), splat(0.0)
     times = at.conditions + ROW * 2 * count
     store(at.lanes, CHANGED, splat(0.0))
     store(at.lanes, NEAR, splat(0.0))
@@ -242,13 +242,15 @@ def find_events(
         search(kernels, sizes, nodes, at, first, rows, runs, queue, plan, sought != 0.0, t, length)
     walked = loaded(sizes, at, plan, good, length)
     if any_lane(walked > 0.0):
-        seek_loads(kernels, sizes, nodes, at, first, rows, runs, queue, plan, walked > 0.0, t, length)
+        seek_loads(kernels, sizes, nodes, at, first, rows, runs, queue, plan, end, walked > 0.0, t, length)
     seek_turns(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good, walked, t, length)
     seek_first(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good, t, length)
     for n in range(count):
         happened = choose(load(times, n) < NEVER, splat(1.0), happened)
+        if n >= sizes.events or plan.stops[n] != 0 or plan.acts[n, ACTION] != RECORDS:
+            leaving = choose(load(times, n) < NEVER, splat(1.0), leaving)
     chosen = kernels[layout.CLOSE] != 0 or kernels[layout.EXPAND] != 0  # the length of the step
-    again = good & (fails == splat(codes.PUSHED)) & (length > (FINEST * end if chosen else NEVER))
+    again = good & (leaving == 0.0) & (fails == splat(codes.PUSHED)) & (length > (FINEST * end if chosen else NEVER))
     happened = choose(again, splat(0.0), happened)
     store(at.lanes, CUT, choose(again, t + 0.5 * length, load(at.lanes, CUT)))
     store(at.lanes, REJECTED, load(at.lanes, REJECTED) + choose(again, splat(1.0), 0.0))

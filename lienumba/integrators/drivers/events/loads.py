@@ -21,7 +21,9 @@ from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import absolute, maximum, minimum
 
 PLACES = 2 * (POINTS - 1)  # of a part, behind its begin: Lobatto's points, and those halfway between them
+BEHIND = PLACES + 2  # the point in whose rows the last place but one of the part before is
 FINEST = 2.0**-10  # of a step: what is not halved any more
+WIDEST = 2.0**-6  # of a run: what is shorter may be hidden in a part that is as wide
 LAST = 2.0**-30  # so near to the end a part goes on to it
 LONGER = 1.2  # times the longest part in which loads were known, they may be unlike that
 UNLIKE = 0.005  # of what a load differs by in a part, the polynomial through its points is wrong at most
@@ -92,52 +94,48 @@ def _wrong(sizes: Sizes, at: Workspace, n: int) -> tuple[Lanes, Lanes, Lanes]:
     return wrong, least, most
 
 
+@inlined
+def _bounds(
+    x1: Lanes, x2: Lanes, x3: Lanes, f1: Lanes, f2: Lanes, f3: Lanes, wrong: Lanes
+) -> tuple[Lanes, Lanes]:  # fmt: skip
+    """How large what has these values may become between them: by the top of their parabola, -NEVER where it is
+    elsewhere, and by the lines through two of them."""
+    on, back = (f3 - f2) / (x3 - x2), (f2 - f1) / (x2 - x1)
+    bend, slope = (on - back) / (x3 - x1), (back * (x3 - x2) + on * (x2 - x1)) / (x3 - x1)
+    shift = -0.5 * slope / choose(bend < 0.0, bend, splat(-1.0))
+    within = (bend < 0.0) & (shift > x1 - x2) & (shift < x3 - x2)
+    lines = f2 + maximum(back * (x3 - x2), on * (x1 - x2))
+    return choose(within, f2 + 0.5 * slope * shift + FARTHER * wrong, splat(-NEVER)), lines
+
+
 @apart
 def _seek(
     kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
-    n: int, t: Lanes, length: Lanes, begin: Lanes, whole: Lanes, lanes: Mask,
+    n: int, t: Lanes, length: Lanes, begin: Lanes, whole: Lanes, behind: Lanes, lanes: Mask,
 ) -> Lanes:  # fmt: skip
-    """1 where the nth condition comes true in the part, and its time is known then; else 0."""
+    """1 where the nth condition comes true in the part, and its time is known then; else 0. behind: how far from its
+    begin the last place but one of the part before is, 0 without one: there may be a kink between."""
     least, wrong = least_of(sizes, at, n, splat(-1.0)), _wrong(sizes, at, n)[0]
     low, high, f_low, f_high, left = splat(0.0), splat(-1.0), splat(0.0), splat(0.0), lanes
+    f1, f2 = load(at.conditions, layout.inside_row(sizes, BEHIND) + n), _value(sizes, at, n, 0)
+    x1, x2 = -behind / whole, splat(0.0)
     for k in range(1, PLACES + 1):
-        x1, x2, x3 = _place(k - 2 if k > 1 else 0), _place(k - 1), _place(k)
-        f2, f3 = _value(sizes, at, n, k - 1), _value(sizes, at, n, k)
-        if k > 1:
-            f1 = _value(sizes, at, n, k - 2)
-            on, back = (f3 - f2) / (x3 - x2), (f2 - f1) / (x2 - x1)
-            bend, slope = (on - back) / (x3 - x1), (back * (x3 - x2) + on * (x2 - x1)) / (x3 - x1)
-            shift = -0.5 * slope / choose(bend < 0.0, bend, splat(-1.0))
-            top = f2 + 0.5 * slope * shift
-            may = left & (bend < 0.0) & (shift > x1 - x2) & (shift < x3 - x2) & (top + FARTHER * wrong > least)
-            may = may & (f3 <= least) & (f2 <= least)
-            if any_lane(may):
-                place = climb(
-                    kernels,
-                    at,
-                    t,
-                    length,
-                    n,
-                    splat(1.0),
-                    least,
-                    may,
-                    begin,
-                    whole,
-                    splat(x1),
-                    splat(x2),
-                    splat(x3),
-                    f1,
-                    f2,
-                    f3,
-                )
-                there = may & (place > 0.0)
-                low, f_low = choose(there, begin + x1 * whole, low), choose(there, f1, f_low)
-                high, f_high = choose(there, place, high), choose(there, splat(1.0), f_high)
-                left = left & (choose(there, 1.0, 0.0) == 0.0)
+        x3, f3 = splat(_place(k)), _value(sizes, at, n, k)
+        top, lines = _bounds(x1, x2, x3, f1, f2, f3, wrong)
+        may = left & (f2 <= least) & (f3 <= least) & (top > least)
+        if k == 1:
+            may = left & (f3 <= least) & (lines > least) & (behind > 0.0)
+        if any_lane(may):
+            place = climb(kernels, at, t, length, n, splat(1.0), least, may, begin, whole, x1, x2, x3, f1, f2, f3)
+            there = may & (place > 0.0)
+            low, f_low = choose(there, begin + x1 * whole, low), choose(there, f1, f_low)
+            high, f_high = choose(there, place, high), choose(there, splat(1.0), f_high)
+            left = left & (choose(there, 1.0, 0.0) == 0.0)
         there = left & (f3 > least)
         low, f_low = choose(there, begin + x2 * whole, low), choose(there, f2, f_low)
         high, f_high = choose(there, begin + x3 * whole, high), choose(there, f3, f_high)
         left = left & (choose(there, 1.0, 0.0) == 0.0)
+        x1, x2, f1, f2 = x2, x3, f2, f3
     found = lanes & (high > 0.0)
     if any_lane(found):
         f_low = choose(f_low < 0.0, f_low, -f_high)
@@ -148,16 +146,18 @@ def _seek(
 @apart
 def seek_loads(
     kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
-    queue: Queue, plan: Plan, lanes: Mask, t: Lanes, length: Lanes,
+    queue: Queue, plan: Plan, until: float, lanes: Mask, t: Lanes, length: Lanes,
 ) -> None:  # fmt: skip
     """The time at which something first lets go, slips or turns, in these lanes: before the one that was found at the
-    end of the step, or where none was."""
+    end of the step, or where none was; until: when runs end (s)."""
     count, end = layout.conditions(sizes), splat(1.0)
     stages.extend(kernels, sizes, nodes, at, t, length, load(at.lanes, UNTIL))
     for n in range(sizes.events, count):
         store(at.conditions, layout.inside_row(sizes, PLACES + 1) + n, load(at.conditions, n))
         end = minimum(end, (load(at.conditions, 2 * count + n) - t) / length)
-    begin, whole, goes_on, left = splat(0.0), end, lanes, lanes & (end > 0.0)
+    begin, behind, goes_on, left = splat(0.0), splat(0.0), lanes, lanes & (end > 0.0)
+    widest = WIDEST * until / length
+    whole = minimum(end, widest)
     for _ in range(int(4.0 / FINEST)):
         if not any_lane(left):
             break
@@ -180,10 +180,13 @@ def seek_loads(
         for n in range(sizes.events, count):
             asked = done & (holds(sizes, at, plan, n) > 0.0)
             if any_lane(asked):
-                found = maximum(
-                    found, _seek(kernels, sizes, at, first, rows, runs, queue, n, t, length, begin, whole, asked)
-                )
+                some = _seek(kernels, sizes, at, first, rows, runs, queue, n, t, length, begin, whole, behind, asked)
+                found = maximum(found, some)
+            row = layout.inside_row(sizes, BEHIND) + n
+            store(at.conditions, row, choose(done, _value(sizes, at, n, PLACES - 1), load(at.conditions, row)))
+        behind = choose(done, (1.0 - _place(PLACES - 1)) * whole, behind)
         begin = choose(done, choose(begin + whole > end - LAST, end, begin + whole), begin)
-        whole = choose(done, minimum(choose(grows > 0.0, 2.0 * whole, whole), end - begin), 0.5 * whole)
+        wider = minimum(choose(grows > 0.0, 2.0 * whole, whole), widest)
+        whole = choose(done, minimum(wider, end - begin), 0.5 * whole)
         left, goes_on = left & (found == 0.0) & (begin < end), done
     store(at.clock, layout.TIME, t)

@@ -49,7 +49,7 @@ from lienumba.integrators.sizes import Sizes
 from lienumba.integrators.truth import AT_ROOT, BAND
 from lienumba.numerics.operations import absolute, maximum, minimum
 
-TRIES = 24  # at parabolas and halves
+TRIES = 48  # at parabolas and halves
 SLIGHT = 1e-12  # of the largest normal force, of the largest speed so far, of a length: what is less is 0
 FAINT = 1e-14  # in the unit of a condition: of what is locked at 0 all is rounding
 

@@ -34,9 +34,12 @@ STEPS = 400
 AWAY = 60  # steps in a row, each with a larger force: no joint turns so far, something flies away
 TO_AND_FRO = 20  # steps in a row, each with the force of the last but one: it will not come to rest
 HALVINGS = 12
+POLE = 4.0  # times the forces at the ends of a step: as much on the way says that there is none
+ON_THE_WAY = 0.38, 0.72  # of a step
 TURNS = 0.5  # of what forces do in a step: what they may take back at its end
 AT_REST = 1e-12  # of what the terms of the rate of a law's state can be: what may be left
 GROWS = 4.0  # times the largest rate there was, a step may make of such a rate
+EARLY, LARGE = 8, 1e-3  # steps; of their forces, or of what these were sums of: more than that is left on a pole
 DONE = 1e-13  # rad, and of the size: a step of Newton's that is shorter changes nothing
 ROUNDING = 1e-9  # of the largest force there was: what may be left where nothing falls any more
 SLOW = 0.5  # of the sigma with which forces move as far as a step may be, if K does not hold them
@@ -94,13 +97,15 @@ class _Search(Judged):
         (done, still), left, never = np.zeros((2, self.runs), bool), np.where(worst > 0.0, worst, np.nan), worst > 0.0
         last, before = np.full((2, self.runs), np.inf), np.full((2, self.runs), np.nan)
         repeated, grown = np.zeros((2, self.runs))
-        for _ in range(STEPS):
+        begin, early = self.state.copy(), np.zeros(self.runs)
+        for n in range(STEPS):
             which = every[~done & ~never & np.isfinite(self.state).all(axis=0)]
             if not len(which):
                 break
             step = self._step(which)
             left[which], still[which] = step.force, step.still
             worst[which] = np.maximum(worst[which], step.force)
+            early[which] = np.maximum(early[which], step.force if n < EARLY else 0.0)
             moved, met = self._moved(which, step)
             self.mu[which] += step.dmu * moved[:, None]
             size = moved * np.abs(step.dq / self.sizes[which]).max(axis=1, initial=0.0)
@@ -124,6 +129,8 @@ class _Search(Judged):
             self.longest[changed] = LONGEST
             self.stand(changed)
         good = done & self.stands & (still | (left <= np.maximum(ROUNDING * worst, 1e-12)))
+        more = every[good & (left > LARGE * early)]
+        good[more] &= left[more] <= np.maximum(LARGE * self._sums_at(begin[:, more], more), 1e-12)
         status, growth = np.full(self.runs, NONE_FOUND), np.full(self.runs, np.nan)
         for first in range(0, self.runs, AT_ONCE):
             which = every[first : first + AT_ONCE][good[first : first + AT_ONCE]]
@@ -133,6 +140,12 @@ class _Search(Judged):
         if driven and self.model.drivers and len(which):
             self.state[:, which] = self.with_rates(self.state[:, which], self.asked(self.state[:, which], which))
         return Resting(list(self.state), status, left, growth)
+
+    def _sums_at(self, state: Array, which: Array) -> Array:
+        """The largest that a force is a sum of at a state (runs,)."""
+        state, at, motion = self.looked(state, which, self.equations)
+        sums = _known(self.sums(at, state, motion, which))
+        return np.asarray((sums * self.sizes[which]).max(axis=1, initial=0.0))
 
     def _slips(self, which: Array) -> Array:
         """Of runs that rest those that what they stand on cannot hold; it gives way from then on. Those that nothing
@@ -245,6 +258,18 @@ class _Search(Judged):
         unrest = restless.max(axis=1, initial=0.0)
         return _Step(dq * D, dmu, ds, force, ways.excess, push, unrest, short, newton, falling > 0.0)
 
+    def _leaps(self, old: Array, part: Array, step: "_Step", force: Array, which: Array) -> Array:
+        """Whether steps lead over a pole: on the way there is much more force along them than at their ends (runs,)."""
+        leaps = np.zeros(len(which), bool)
+        some = np.flatnonzero(~step.newton & (step.ds == 0.0).all(axis=1))  # forces of states are not those of places
+        most = POLE * np.maximum(np.abs(force[some]), np.abs(step.push[some]))
+        for along in ON_THE_WAY if len(some) else ():
+            dq, ds, own = step.dq[some], step.ds[some], which[some]
+            to = along * part[some, None]
+            _, at, _ = self.looked(self.elsewhere(old[:, some], to * dq, to * ds, own), own, self.forces)
+            leaps[some] |= ~(np.abs((at.vector("along", len(some)) * dq).sum(axis=1)) <= most)
+        return leaps
+
     def _noise(self, at: Linear, state: Array, motion: Motion | None, rows: Rows, force: Array, which: Array) -> Array:
         """What may be rounding of forces along the coordinates of rows (runs, n); 0 where it would not be seen."""
         seen = force <= DOUBTFUL * self.summed_up[which]
@@ -271,8 +296,9 @@ class _Search(Judged):
             bad = ~np.isfinite(new).all(axis=0) | ~np.isfinite(at.vector("along", runs)).all(axis=1)
             rates = np.abs(at.vector("laws", runs))
             bad |= (~(rates <= GROWS * self.fastest[which]) & (self.fastest[which] > 0.0)).any(axis=1)
-            back = (at.vector("along", runs) * step.dq).sum(axis=1) < -TURNS * step.push
-            bad |= back & ~step.newton  # far beyond where forces vanish, as of a servo at its limit on either side
+            force = (at.vector("along", runs) * step.dq).sum(axis=1)
+            bad |= (force < -TURNS * step.push) & ~step.newton  # far beyond where forces vanish, as of a limited servo
+            bad |= self._leaps(old, part, step, force, which)
             if not bad.any():
                 break
             part[bad] *= 0.5

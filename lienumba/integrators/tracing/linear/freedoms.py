@@ -11,6 +11,7 @@ from lienumba.integrators.tracing.joint.tracer import JointTracer
 from lienumba.integrators.tracing.method import Method
 from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
 from lienumba.integrators.tracing.template import split
+from lienumba.mechanics.elements.inputs.state import held_at
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Counted, Model
@@ -62,6 +63,18 @@ class FreedomTracer(JointTracer):
             for switch in locked:
                 rows[first + switch.memory : first + switch.memory + switch.memories] = keeps(model, switch, view, ())
         return rows
+
+    def at_limits(self, model: Model, rows: Sequence[Any], t: float) -> list[Any]:
+        """The same rows, with states of inputs held at limits at which they are."""
+        new = list(rows)
+        if model.held:
+            first = self.tree(model).state + self.law_states.held().start
+            view = kinematics.still(self.instant(model, rows, t), tuple(range(len(model.bodies))))
+            names = list(model.held)
+            with np.errstate(all="ignore"):
+                for name, at in held_at(model, view).items():
+                    new[first + names.index(name)] = at
+        return new
 
 
 class GluedTracer(FreedomTracer):

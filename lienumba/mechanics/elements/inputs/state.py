@@ -110,6 +110,19 @@ def _held(model: Model, quantity: Quantity, view: View, what: str = "") -> Any:
     return component(model, joined(HELD, quantity.name, what), view)
 
 
+def held_at(model: Model, view: View) -> dict[str, Any]:
+    """At which limit states are that stop at theirs, by their names: also those that are just there, and whose rates
+    lead beyond, which an event says directly behind."""
+    found = {}
+    for x in model.quantities:
+        if x.type == StateInput.form and _stops(model, x):
+            above, below, up, down = (component(model, joined(x.name, key), view) for key in (ABOVE, BELOW, UP, DOWN))
+            reached = where((above >= 0.0) & (up > 0.0), 1.0, where((below >= 0.0) & (down > 0.0), -1.0, 0.0))
+            at = _held(model, x, view)
+            found[x.name] = where(at == 0.0, reached, at)
+    return found
+
+
 def with_stops(model: Model) -> Model:
     """The model with the events that hold states at their limits, where these move with places and time."""
     events, held = [*model.events], dict(model.held)
