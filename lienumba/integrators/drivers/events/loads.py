@@ -22,13 +22,14 @@ from lienumba.numerics.operations import absolute, maximum, minimum
 
 PLACES = 2 * (POINTS - 1)  # of a part, behind its begin: Lobatto's points, and those halfway between them
 BEHIND = PLACES + 2  # the point in whose rows the last place but one of the part before is
-FINEST = 2.0**-10  # of a step: what is not halved any more
+FINEST = 2.0**-14  # of a step: what is not halved any more
 WIDEST = 2.0**-6  # of a run: what is shorter may be hidden in a part that is as wide
 LAST = 2.0**-30  # so near to the end a part goes on to it
 LONGER = 1.2  # times the longest part in which loads were known, they may be unlike that
 UNLIKE = 0.005  # of what a load differs by in a part, the polynomial through its points is wrong at most
 TWICE = 2.0**-5  # of what it may be wrong by, in a part half as long
 SLIGHTLY = 1e-3  # of how far a load is from what holds: what is less is no matter
+MANY = 20.0  # times what a load is seen to differ by: what is not known yet differs by less
 FARTHER = 5.0  # times what it is wrong by, a load may be larger than where it was looked at
 
 
@@ -171,7 +172,8 @@ def seek_loads(
                 unlike = asked & (wrong > UNLIKE * (most - least)) & (wrong > SLIGHTLY * absolute(most))
                 may_pass = most + maximum(FARTHER * wrong, most - least) > 0.0
                 odd = choose(unlike, splat(1.0), odd)
-                halves = choose(unlike & (may_pass | (length_here > known)), splat(1.0), halves)
+                new = (length_here > known) & (most + MANY * (most - least) > 0.0)
+                halves = choose(unlike & (may_pass | new), splat(1.0), halves)
                 grows = choose(asked & (wrong > UNLIKE * TWICE * (most - least)), 0.0, grows)
         done = left & ((halves == 0.0) | (whole <= FINEST))
         known = choose(done & (odd == 0.0), maximum(known, length_here), known)
