@@ -279,3 +279,36 @@ def test_what_is_locked_stays_where_it_begins(kind: str, coordinates: str) -> No
     np.testing.assert_allclose(found["position"][0], moved["position"][0, -1], rtol=0, atol=1e-6)
     still = lienumba.run(scenario | {"start": {"from": "equilibrium"}})
     np.testing.assert_allclose(still["q.angle"], found["q.angle"].item(), rtol=0, atol=1e-9)
+
+
+def plate(force: str, start: float) -> dict[str, Any]:
+    """A mass of 1 kg on a slide without weight, under a force that depends on its place x."""
+    body = {"name": "plate", "mass": 1.0, "inertia": [0.1, 0.1, 0.1]}
+    slide = {"name": "s", "type": "prismatic", "bodies": ["ground", "plate"], "points": [[0, 0, 0]] * 2}
+    slide |= {"axes": [[1, 0, 0]] * 2, "references": [[0, 1, 0]] * 2, "displacement": start}
+    law = {"type": "actuator", "joint": "s", "value": force.replace("x", "place.displacement") + "-0.5*place.speed"}
+    model = {"gravity": [0, 0, 0], "bodies": [body], "joints": [slide], "forces": [law]}
+    return {"model": model, "quantities": [{"name": "place", "type": "joint", "joint": "s"}], **SHORT}
+
+
+@pytest.mark.parametrize("a", [0.05, 0.1, 0.14, 0.148])
+def test_a_plate_that_is_drawn_rests_below_its_pull_in(a: float) -> None:
+    """An electrode draws by a/(1 - x)^2, a spring holds by x: up to a = 4/27 they are in balance."""
+    found = lienumba.equilibrium(plate(f"{a}/(1 - x)**2 - x", 0.0))
+    assert found.status.item() == 0
+    assert found["place.displacement"].item() == pytest.approx(
+        brentq(lambda x: a / (1 - x) ** 2 - x, 0, 1 / 3), abs=1e-12
+    )
+
+
+@pytest.mark.parametrize(
+    ("force", "start"),
+    [
+        *((f"{a}/(1 - x)**2 - x", 0.0) for a in (0.1482, 0.15, 0.3, 1.0, 5.0, 50.0)),
+        ("-1/x", 0.5),
+        ("-1/x**2", 0.5),
+        ("1e-7/(1e-3 - x)**2 - 50*x", 0.0),
+    ],
+)
+def test_on_a_pole_of_a_force_nothing_rests(force: str, start: float) -> None:
+    assert lienumba.equilibrium(plate(force, start)).status.item() == 1

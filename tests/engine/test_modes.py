@@ -406,3 +406,30 @@ def test_states_that_a_dataset_holds_are_taken_from_it(
         np.testing.assert_allclose(found[name], other[name], rtol=1e-12, atol=1e-12)
     assert other.origin.values.tolist() == [0, 2, 2]
     assert abs(found.angular_frequency.values[0, 1] - found.angular_frequency.values[0, 0]) > 0.1
+
+
+@pytest.mark.parametrize("limit", [2.0, -2.0])
+def test_a_state_that_begins_at_a_limit_is_held_there(limit: float) -> None:
+    """The integral of a controller that leads beyond its limit as long as the mass rests beside its target."""
+    target = 1.0 if limit > 0.0 else -1.0
+    body = {"name": "mass", "mass": 1.0, "inertia": [0.1, 0.1, 0.1]}
+    slide = {"name": "s", "type": "prismatic", "bodies": ["ground", "mass"], "points": [[0, 0, 0]] * 2}
+    slide |= {"axes": [[1, 0, 0]] * 2, "references": [[0, 1, 0]] * 2, "displacement": 0.95 * target}
+    law = f"20*({target} - place.displacement) - 6*place.speed + inputs.I - {3 * target}"
+    integral = {"rate": f"6*({target} - place.displacement)", "start": limit, "limits": [-2, 2]}
+    scenario = {
+        "model": {
+            "gravity": [0, 0, 0],
+            "bodies": [body],
+            "joints": [slide],
+            "forces": [{"type": "actuator", "joint": "s", "value": law}],
+        },
+        "quantities": [{"name": "place", "type": "joint", "joint": "s"}],
+        "inputs": {"I": integral},
+        "integrator": {"method": "dop853", "tolerance": 1e-10, "end_time": 1.0},
+    }
+    free = np.sqrt(20.0 - 9.0)
+    for given in (scenario, {**scenario, "start": {"from": "equilibrium"}}):
+        found = lienumba.modes(given, at=[0.0, 1.0])
+        np.testing.assert_allclose(found.angular_frequency.values[0], [[0.0, free]] * 2, atol=1e-7)
+        np.testing.assert_allclose(found.growth.values[0], [[0.0, -3.0]] * 2, atol=1e-7)

@@ -194,3 +194,62 @@ def test_slips_begin_whatever_the_tolerance(method: str, tolerance: float, tmp_p
     assert (ds.status == 0).all()
     error = abs(ds.position - exact.position).max(["time", "body", "axis"])
     assert error.max() < 20.0 * tolerance
+
+
+PEAKS = {  # loads whose largest value is a kink, lasts for a moment, or comes late: as a formula, and its numbers
+    "kinks": ("(1 - 2*abs(w*t + b - 2*floor((w*t + b)/2) - 1))*(1 + 0.1*t)", {"w": (3, 40), "b": (0, 2)}),
+    "one kink": ("1 - w*abs(t - b)", {"w": (0.5, 30), "b": (0.3, 2.7)}),
+    "of two": ("max(sin(w*t + b), 0.9*sin(c*t))", {"w": (3, 40), "b": (0, 2), "c": (3, 40)}),
+    "burst": ("exp(-((t - c)/b)**2)*sin(w*t)", {"w": (20, 200), "b": (0.05, 0.4), "c": (0.5, 2.5)}),
+    "pulse": ("exp(-((t - c)/b)**2)", {"b": (0.05, 0.5), "c": (0.3, 2.7)}),
+    "late": ("exp(b*(t - 3))*sin(w*t)", {"w": (5, 80), "b": (0.5, 6)}),
+    "small and fast": ("sin(0.7*t) + b*sin(w*t)", {"w": (50, 600), "b": (0.001, 0.1)}),
+}
+NAMES = {"abs": np.abs, "floor": np.floor, "sin": np.sin, "exp": np.exp, "max": np.maximum}
+
+
+@pytest.mark.parametrize("peak", PEAKS)
+def test_what_passes_what_holds_for_a_moment(peak: str, tmp_path: Path) -> None:
+    """By 1e-3 to 0.3 of it, with every method."""
+    text, ranges = PEAKS[peak]
+    rng, times = np.random.default_rng(4), np.linspace(0.0, END, 960_001)
+    x = {name: rng.uniform(low, high, 24) for name, (low, high) in ranges.items()}
+    x["hold"], expected = np.empty(24), np.full(24, np.nan)
+    for k in range(24):
+        one = {name: values[k] for name, values in x.items()}
+
+        size = np.abs(eval(text, NAMES | one | {"t": times}))
+        hold = max(size.max() / (1.0 + 10.0 ** rng.uniform(-3.0, -0.5)), 1.001 * size[0])
+        x["hold"][k] = hold
+        if (over := np.flatnonzero(size > hold)).size:
+            before, after = times[over[0] - 1], times[over[0]]
+
+            def excess(t: float, one: dict[str, Any] = one, hold: float = hold) -> float:
+                return float(np.abs(eval(text, NAMES | one | {"t": t})) - hold)
+
+            expected[k] = brentq(excess, before, after, xtol=1e-14)
+    table = tmp_path / "loads.csv"
+    np.savetxt(table, np.column_stack(list(x.values())), "%.17g", ",", header=",".join(x), comments="")
+    dry = {"name": "dry", "type": "friction", "joint": "s", "coulomb": "0.7*hold", "static": "hold"}
+    model = {
+        "gravity": [0, 0, 0],
+        "bodies": [BOX],
+        "joints": [{**SLIDE, "axis": [1, 0, 0]}],
+        "forces": [dry, {"type": "actuator", "joint": "s", "value": text}],
+    }
+    vary = {f"parameters.{name}": {"column": name} for name in x}
+    for method, tolerance in (("dop853", 1e-9), ("radau5", 1e-7), ("taylor", 1e-10)):
+        ds = lienumba.run(
+            {
+                "parameters": dict.fromkeys(x, 1.0),
+                "model": model,
+                "integrator": {"method": method, "tolerance": tolerance, "end_time": END},
+                "output": {"every": END, "max_changes": 1024, "variables": []},
+                "sweep": {"runs": 24, "sampler": "table", "table": {"file": str(table)}, "vary": vary},
+            },
+            progress=False,
+        )
+        assert (ds.status == 0).all()
+        slips = [run[kind == 8] for run, kind in zip(ds.change_time.values, ds.change_kind.values, strict=True)]
+        first = [own[0] if len(own) else np.nan for own in slips]
+        np.testing.assert_allclose(first, expected, atol=1e-7, err_msg=method)
