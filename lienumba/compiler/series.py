@@ -23,6 +23,7 @@ BEFORE = ("state", "parameters", "clock")  # inputs that are known before the fi
 NUMBER = "work"  # where the graph of everything has k, 1/k and 1/(k + 1), which the code of an order has in its clock
 PLAIN, WEIGHTED, QUADRATURE, ASKED = "plain", "weighted", "quadrature", "asked"  # kinds of series
 SLIGHT = 1e-12  # a root below this is 0 but for rounding
+FLAT = 1e-13  # of what a power is taken: it has no series to any use below
 LONGEST = 4  # products that are summed together
 JUMPS = (*COMPARISONS, "power_of_two", "gather")  # constant but where they jump
 # Where both of a sum are products, the second one is fused: so the fused one stands there again.
@@ -220,7 +221,7 @@ class _Expansion:
         exponent, start = self.at_start(p), self.at_start(x)
         sums = exponent * self.sum_of(x, node, INNER, WEIGHTED) - self.sum_of(node, x, INNER, WEIGHTED)
         found = self.over_k * sums + (exponent * self.here(x)) * self.zero[node.id]
-        positive = start > SLIGHT * SLIGHT
+        positive = start > FLAT
         return operations.where(positive, found / operations.where(positive, start, 1.0), 0.0)
 
     def _angle(self, node: Symbol) -> Any:

@@ -31,6 +31,7 @@ from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import maximum, minimum, sqrt, where
 
 BEYOND, LEAST_BEYOND = 0.5, 4e-15  # how far behind a kink a step ends, of what the tolerance leaves, and of the time
+BRANCHING, STRICTER = ("power",), 1e4  # beside 0 they have a series for as far as 0 is; of what a step may be wrong by
 BEFORE = 8.0  # how many times this before a kink F is that of the first branch
 
 
@@ -82,7 +83,8 @@ def _expand(tracer: Tracer) -> Expansion:
     places = {row: n for n, row in enumerate(rows)}
     work = len(rows) + 1
     sound = work + len(power)
-    size, uncut = _lengths(tracer, places, made)
+    branches = any(x.op in BRANCHING for x in live([y for y in (*rates, *rest) if isinstance(y, Symbol)]))
+    size, uncut = _lengths(tracer, places, made, STRICTER if branches else 1.0)
     control = layout.control_row(sizes)
     outputs = [
         (control + layout.ERROR, 0.0), (control + layout.FACTOR, size), (control + layout.REMEMBERED, uncut),
@@ -148,7 +150,7 @@ def _read(values: Sequence[Any]) -> list[int]:
     return sorted({int(x.args[1]) for x in live(values) if x.op == "input" and x.args[0] == "state"})
 
 
-def _lengths(tracer: Tracer, places: dict[int, int], made: Orders) -> tuple[Number, Number]:
+def _lengths(tracer: Tracer, places: dict[int, int], made: Orders, stricter: float) -> tuple[Number, Number]:
     """How long a step may be, from the last two coefficients, and the same within what is left of the run, or until F
     jumps: a series that ends by itself, as in a fall, has endless steps."""
     graph, model = tracer.graph()
@@ -162,7 +164,7 @@ def _lengths(tracer: Tracer, places: dict[int, int], made: Orders) -> tuple[Numb
                 continue
             coefficients = [graph.input("extra", made.stride * places[row] + order) for row in rows]
             numbers = [graph.input("state", row) for row in rows]
-            worst = maximum(_square(coefficients) / _allowed(tolerance, part, numbers), worst)
+            worst = maximum(_square(coefficients) * stricter**2 / _allowed(tolerance, part, numbers), worst)
         found.append((order, worst))
     size, t, within = taylor.length(found), graph.input("clock", layout.TIME), graph.input("clock", layout.MIDDLE)
     return size, minimum(size, 2.0 * (within - t))
@@ -305,7 +307,7 @@ def _defect(tracer: Tracer, made: Expansion) -> Kernel:
             numbers = [every[row] for row in moving]
             worst = maximum(_square(lacking) / _allowed(tolerance, part, numbers), worst)
     own = worst * (h / (tracer.method.order * taylor.DEFECT)) ** 2
-    own = where(own < HUGE, own, 0.0)  # of an F that cannot be, the next series tells
+    own = where(own >= 0.0, minimum(own, HUGE), 0.0)  # of an F that cannot be, the next series tells
     said, factor = (graph.input("extra", control + row) for row in (layout.ERROR, layout.FACTOR))
     shorter = where(own <= 1.0, factor, taylor.SHORTER)
     outputs = maximum(said, own), where(said > 0.0, factor, shorter)

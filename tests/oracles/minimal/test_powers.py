@@ -141,3 +141,37 @@ def test_a_spring_without_free_length_between_points_that_coincide(method: str) 
     ds = lienumba.run({"model": model, "integrator": settings, "output": {"every": 1.0}}, progress=False)
     moved = ds.position.values[0, -1, 0] - [1, 2, 3]
     np.testing.assert_allclose(moved, np.array([0.3, -0.2, 0.1]) * np.sin(w) / w, atol=1e-8)
+
+
+@pytest.mark.parametrize("power", [1.2, 1.5, 1.8, 2.5])
+def test_series_pass_where_powers_have_none(power: float) -> None:
+    """A mass on a spring with a damper of |v|^p, whose speed passes 0 several times, with every tolerance."""
+    law = f"-4*s.displacement - sign(s.speed)*abs(s.speed)**{power}"
+
+    def run(method: str, tolerance: float) -> Any:
+        return lienumba.run(
+            {
+                "model": {
+                    "gravity": [0, 0, 0],
+                    "bodies": [{"name": "mass", "mass": 1.0, "inertia": [0.1] * 3, "position": [0.5, 0, 0]}],
+                    "joints": [
+                        {
+                            "name": "s", "type": "prismatic", "bodies": ["ground", "mass"],
+                            "points": [[0, 0, 0], [0, 0, 0]], "axes": [[1, 0, 0]] * 2, "speed": 0.2,
+                        }
+                    ],
+                    "forces": [{"type": "actuator", "joint": "s", "value": law}],
+                },
+                "quantities": [{"name": "s", "type": "joint", "joint": "s"}],
+                "integrator": {"method": method, "tolerance": tolerance, "end_time": 5.0, "coordinates": "joint"},
+                "output": {"every": 1.0},
+            },
+            progress=False,
+        )  # fmt: skip
+
+    exact = run("radau9", 1e-13)["s.displacement"].values
+    for tolerance in 10.0 ** -np.arange(5.0, 12.6, 0.5):
+        found = run("taylor", float(tolerance))
+        assert found.status.item() == 0, tolerance
+        assert found.steps.item() < 1000, tolerance
+        np.testing.assert_allclose(found["s.displacement"].values, exact, atol=max(10.0 * tolerance, 1e-10))
