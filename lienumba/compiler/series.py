@@ -195,7 +195,8 @@ class _Expansion:
                 return self.here(x) * inverse
             return ((self.here(x) - self.sum_of(a[1], node, INNER)) - self.here(a[1]) * own) * inverse
         if op == "sqrt":
-            positive = own > SLIGHT  # at 0 it has no series: it stays there until the first step shows what it becomes
+            least = FLAT**0.5 if branches(node) else SLIGHT
+            positive = own > least  # at 0 it has no series: it stays there until the first step shows what it becomes
             half = operations.where(positive, 0.5 / operations.where(positive, own, 1.0), 0.0)
             return (self.here(x) - self.sum_of(node, node, INNER)) * half
         if op == "exp":
@@ -315,6 +316,12 @@ class _Expansion:
                 found = {"fma": found + c, "fms": found - c, "fnma": c - found}[node.op]
             values[node.id] = found
         return values
+
+
+def branches(node: Symbol) -> bool:
+    """Whether a function has a series beside 0 for as far as 0 is: a power, or the root of a size, as of what passes 0;
+    a root of squares is 0 for a moment, and this for as long."""
+    return node.op == "power" or (node.op == "sqrt" and node.args[0].op == "where")
 
 
 def _partners(nodes: Sequence[Symbol]) -> dict[int, Symbol]:

@@ -270,9 +270,7 @@ class Symbol:
 
     # ------------------------------------------------------------ functions
     def sqrt(self) -> "Symbol":
-        """Of a size, as of what passes 0, it is a power: a root of squares is 0 for a moment, and this for as long."""
-        sized = self.op == "where" and self.graph.analytic
-        return self.graph.node("power", self, 0.5) if sized else self.graph.node("sqrt", self)
+        return self.graph.node("sqrt", self)
 
     def gather(self, index: Number) -> "Symbol":
         """The entry at an index of the numbers whose address this symbol is."""

@@ -17,7 +17,7 @@ from typing import Any
 
 from lienumba.compiler.convolutions import SeriesKernel
 from lienumba.compiler.emit import Kernel
-from lienumba.compiler.series import Orders, orders
+from lienumba.compiler.series import Orders, branches, orders
 from lienumba.compiler.symbols import Graph, Symbol, live
 from lienumba.groups import so3
 from lienumba.integrators import layout
@@ -31,7 +31,7 @@ from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import maximum, minimum, sqrt, where
 
 BEYOND, LEAST_BEYOND = 0.5, 4e-15  # how far behind a kink a step ends, of what the tolerance leaves, and of the time
-BRANCHING, STRICTER = ("power",), 1e4  # beside 0 they have a series for as far as 0 is; of what a step may be wrong by
+STRICTER = 1e4  # of what a step may be wrong by, where functions branch
 BEFORE = 8.0  # how many times this before a kink F is that of the first branch
 
 
@@ -83,8 +83,8 @@ def _expand(tracer: Tracer) -> Expansion:
     places = {row: n for n, row in enumerate(rows)}
     work = len(rows) + 1
     sound = work + len(power)
-    branches = any(x.op in BRANCHING for x in live([y for y in (*rates, *rest) if isinstance(y, Symbol)]))
-    size, uncut = _lengths(tracer, places, made, STRICTER if branches else 1.0)
+    every = live([x for x in (*rates, *rest) if isinstance(x, Symbol)])
+    size, uncut = _lengths(tracer, places, made, STRICTER if any(map(branches, every)) else 1.0)
     control = layout.control_row(sizes)
     outputs = [
         (control + layout.ERROR, 0.0), (control + layout.FACTOR, size), (control + layout.REMEMBERED, uncut),
