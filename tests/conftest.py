@@ -10,7 +10,7 @@ import hypothesis
 import pytest
 from typer import testing
 
-pytest_plugins = ["tests.quick"]
+pytest_plugins = ["tests.suites"]
 
 # Else every process, of which tests start hundreds, would compile all sources anew.
 sys.dont_write_bytecode = False
@@ -65,9 +65,10 @@ def commands() -> Iterator[None]:
 @pytest.fixture(autouse=True, scope="module")
 def level(request: pytest.FixtureRequest) -> Iterator[None]:
     """Most is compiled without optimisation, which changes no bit (tests/compiler/test_native.py)."""
-    from lienumba.compiler import native
+    from lienumba.compiler import flat, native
 
     with pytest.MonkeyPatch.context() as patch:
         if not request.node.nodeid.startswith(CODE):
             patch.setattr(native, "LEVEL", 0)
+            patch.setattr(flat, "PASSES", 0)
         yield

@@ -53,7 +53,7 @@ def compiled(routine: FunctionType) -> Flat:
 
 def key_of(name: str) -> str:
     """What decides about the object code of a routine, beside what the whole cache knows."""
-    return "\0".join((name, *native.cpu()))
+    return "\0".join((name, *native.cpu(), str(native.LEVEL), str(PASSES)))
 
 
 def object_code(routine: FunctionType) -> bytes:

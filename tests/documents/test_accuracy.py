@@ -44,6 +44,7 @@ def test_every_table_is_there() -> None:
         assert rows(name), name
 
 
+@pytest.mark.release
 @pytest.mark.parametrize("name", ["heavy top"])
 def test_orders(name: str) -> None:
     lines = slopes.table(name).splitlines()[2:]
@@ -60,12 +61,14 @@ def test_the_order_does_not_drop_with_projection(name: str) -> None:
             assert float(cell.split("(")[1].strip(")")) > order - 0.4
 
 
+@pytest.mark.release
 def test_adaptive_steps() -> None:
     wanted = [cells for cells in rows("adaptive, satellite") if cells[0] == "dop853"]
     for found, cells in zip(work.adaptive_rows("satellite", "dop853"), wanted, strict=True):
         same(found, cells)
 
 
+@pytest.mark.release
 @pytest.mark.parametrize("method", ["dp54", "dop853"])
 def test_tolerances(method: str) -> None:
     n = tolerances.PAIRS.index(method)
@@ -77,6 +80,7 @@ def test_errors_fall_with_every_tolerance(name: str) -> None:
     assert set(row(f"tolerances, {name}", "monotone")[1:]) == {"yes"}
 
 
+@pytest.mark.release
 @pytest.mark.parametrize(
     ("name", "method", "form"),
     [

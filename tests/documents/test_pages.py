@@ -18,6 +18,8 @@ from tests.documents.pages import ROOT, Block, blocks, pages, prose
 from tests.rigs.places import SCENARIOS
 
 PAGES = [pytest.param(path, id=str(path.relative_to(ROOT))) for path in pages()]
+FIRST_PAGES = ("README.md", "docs/first_sweep.md", "docs/write_a_scenario.md", "docs/architecture.md")
+FIRST = [page for page in PAGES if page.id in FIRST_PAGES]
 
 
 def shortest(*asked: Any) -> Film:
@@ -42,8 +44,18 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("page", PAGES)
+@pytest.mark.parametrize("page", FIRST)
+def test_blocks_of_the_first_pages_run(page: Path, folder: Path) -> None:
+    play(page, folder)
+
+
+@pytest.mark.release
+@pytest.mark.parametrize("page", [page for page in PAGES if page.id not in FIRST_PAGES])
 def test_blocks_run(page: Path, folder: Path) -> None:
+    play(page, folder)
+
+
+def play(page: Path, folder: Path) -> None:
     line = 0
     try:
         for block in player.Player(folder).play_all(blocks(page.read_text(encoding="utf-8"))):

@@ -16,6 +16,7 @@ with scripts_on_path():
 SHOWN = ("03", "04", "05", "07", "08", "10", "15", "19", "22")  # of the figures, one of each kind
 
 
+@pytest.mark.release
 @pytest.mark.parametrize("name", tables.TABLES)
 def test_the_document_has_what_is_computed(name: str) -> None:
     assert document.in_document(tables.DOCUMENT, name) == tables.TABLES[name](), "scripts/paper renews docs/paper.md"
@@ -89,6 +90,7 @@ def test_numbers_as_words() -> None:
     assert tables.ratio(3e-16, 1e-7) == "< 1e-8"
 
 
+@pytest.mark.release
 def test_figures_are_drawn(tmp_path: Path) -> None:
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")

@@ -78,8 +78,17 @@ def beside(what: str, x: float, y: np.ndarray, holds: np.ndarray, fine: float) -
     return abs(x - expected) <= fine * between + slack * END
 
 
+@pytest.mark.campaign(8)
+def test_measures_of_new_courses(seed: int) -> None:
+    compare_with_course(seed)
+
+
 @pytest.mark.parametrize("seed", range(24))
 def test_a_measure_is_what_the_course_says(seed: int) -> None:
+    compare_with_course(seed)
+
+
+def compare_with_course(seed: int) -> None:
     rng, fine = random.Random(seed), METHODS[seed % len(METHODS)].get("step", FINE)
     model, integrator = rng.choice([SWINGING, TURNING, PUSHED]), METHODS[seed % len(METHODS)]
     names = NAMES + ["gust"] * (model is PUSHED)

@@ -84,6 +84,7 @@ def test_installed_rivals_solve_the_same_top(bench):
         np.testing.assert_allclose(rival.mass_centre(), engine.MASS_CENTRE, rtol=0, atol=1e-6)
 
 
+@pytest.mark.release
 def test_quick_run_end_to_end(tmp_path):
     """The scalar loops take half the time to compile without LLVM's passes, and are kept apart from those with them."""
     target = tmp_path / "numbers.json"

@@ -50,6 +50,7 @@ def require(name: str) -> None:
         pytest.skip(f"this machine cannot execute code for {name}: it has no {', '.join(missing)}")
 
 
+@pytest.mark.release
 @pytest.mark.parametrize("name", ["znver4", "skylake-avx512"])
 def test_the_same_bits_as_the_host(name: str) -> None:
     from llvmlite import binding
@@ -61,6 +62,7 @@ def test_the_same_bits_as_the_host(name: str) -> None:
     check(target)
 
 
+@pytest.mark.release
 def test_the_hosts_own_name_gives_the_same_bits() -> None:
     from llvmlite import binding
 
@@ -70,6 +72,7 @@ def test_the_hosts_own_name_gives_the_same_bits() -> None:
     check(target)
 
 
+@pytest.mark.release
 def test_the_driver_too_without_any_feature_of_the_host() -> None:
     require("haswell")
     target = sweeps("loop", "wheel", NUMBA_CPU_NAME="haswell", NUMBA_CPU_FEATURES="")
@@ -77,6 +80,7 @@ def test_the_driver_too_without_any_feature_of_the_host() -> None:
     check(target)
 
 
+@pytest.mark.release
 def test_an_old_cpu_throughout() -> None:
     """NumPy, which samples and assembles, its BLAS and the C library keep to their baselines too. Without `fma` code
     takes ten times as long to optimise: none is."""

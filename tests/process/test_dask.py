@@ -91,6 +91,7 @@ def test_a_client_is_used_and_left_open(cluster: Processes) -> None:
         assert client.submit(len, "abc").result() == 3
 
 
+@pytest.mark.release
 def test_workers_die_and_others_come(cluster: Processes, whole: xr.Dataset, tmp_path: Path) -> None:
     events = []
 
@@ -107,6 +108,7 @@ def test_workers_die_and_others_come(cluster: Processes, whole: xr.Dataset, tmp_
     assert_same(there, whole)
 
 
+@pytest.mark.release
 def test_an_interrupt_keeps_what_is_done_and_the_rest_is_cancelled(
     cluster: Processes, whole: xr.Dataset, tmp_path: Path
 ) -> None:
@@ -136,6 +138,7 @@ def test_other_versions_on_a_worker_are_refused(cluster: Processes, monkeypatch:
     )
 
 
+@pytest.mark.release
 def test_a_lost_scheduler_ends_the_sweep_which_goes_on_without_it(whole: xr.Dataset, tmp_path: Path) -> None:
     own = Processes(tmp_path)
     own.add()
@@ -156,6 +159,7 @@ def test_a_lost_scheduler_ends_the_sweep_which_goes_on_without_it(whole: xr.Data
     assert_same(lienumba.run(long(), output=tmp_path / "top.nc", resume=True), whole)
 
 
+@pytest.mark.release
 def test_runs_that_kill_every_worker_are_named() -> None:
     resolved = resolve(top())
     cluster, runs = Cluster(resolved, "local", 1), runs_of(resolved, range(20))
@@ -199,6 +203,7 @@ def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> Non
     assert str(refused.value) == 'dask: is not installed; in the clone of lienumba, pip install ".[dask]"'
 
 
+@pytest.mark.release
 def test_a_local_cluster_from_the_command_line(tmp_path: Path) -> None:
     scenario = str(SCENARIOS / "heavy_top_monte_carlo.toml")
     options = ["--set", "sweep.runs=100", "--set", "integrator.end_time=0.05", "-q", "-j", "1", "-o"]

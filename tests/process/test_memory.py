@@ -45,6 +45,7 @@ def base() -> float:
     return peak(SMALL)[0]
 
 
+@pytest.mark.release
 def test_ten_times_the_steps_cost_no_memory(base: float) -> None:
     many, _ = peak({**SMALL, "integrator.step": 1e-4})
     assert many < base + 10
@@ -63,6 +64,7 @@ def test_the_stored_output_is_held_once_beside_the_chunks_in_flight(base: float)
     assert full < base + 1.25 * stored + 100
 
 
+@pytest.mark.release
 def test_what_is_written_is_never_in_memory(tmp_path: Path) -> None:
     """Beyond what is in flight, which both have."""
     some, few = peak({**LONG, "sweep.runs": 1500}, tmp_path / "some.nc")
@@ -71,6 +73,7 @@ def test_what_is_written_is_never_in_memory(tmp_path: Path) -> None:
     assert full < some + 50
 
 
+@pytest.mark.release
 def test_many_runs_of_summaries(tmp_path: Path) -> None:
     """2.5 KiB for each, beside what numba, xarray and scipy take, and compiling before."""
     short = {"integrator.end_time": 0.02, "output.every": 0.01, "output.mode": "summary"}

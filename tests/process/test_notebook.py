@@ -86,5 +86,6 @@ def test_runs_on_the_disk_are_kept_and_gone_on_with(kernel):
     assert runs in (done, done + 1, done + 2)
 
 
+@pytest.mark.release
 def test_no_ipywidgets_are_needed(kernel):
     assert kernel.run("print('ipywidgets' in sys.modules)").streams == "False\n"

@@ -24,6 +24,12 @@ def test_nothing_but_success_or_a_sentence(part: int) -> None:
     assert {trial.VALIDATED, trial.REFUSED} == {outcome.what for outcome in outcomes}
 
 
+@pytest.mark.campaign(3)
+def test_new_cases(seed: int) -> None:
+    outcomes = [trial.tried(replace(case(seed, n), act="")) for n in range(CASES)]
+    assert not [outcome.failure for outcome in outcomes if outcome.failure]
+
+
 def test_new_elements_are_drawn_without_a_word() -> None:
     from random import Random
 

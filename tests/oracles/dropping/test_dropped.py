@@ -19,6 +19,11 @@ def test_what_is_thrown_sinks_nowhere_and_gains_no_energy(seed: int) -> None:
     assert verdict.steps < 10_000
 
 
+@pytest.mark.campaign(4)
+def test_new_bodies_are_thrown(seed: int) -> None:
+    assert judge(drop(seed)).problems() == []
+
+
 def test_a_disc_that_falls_on_its_face_ends_there() -> None:
     """146: where it touches leapt to the other side within a step, and the projection of velocities took a quarter of
     its energy."""

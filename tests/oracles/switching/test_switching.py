@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.oracles.switching.comparing import compare, judge, oracle, run, same_bits
+from tests.oracles.switching.comparing import compare, judge, oracle, run, same_bits, way_of
 from tests.oracles.switching.drawing import changing
 from tests.oracles.switching.laws import complementary
 
@@ -19,6 +19,13 @@ def test_both_see_the_same(seed: int, way: str) -> None:
     assert verdict.changes
 
 
+@pytest.mark.campaign(6)
+def test_both_see_the_same_in_new_mechanisms(seed: int) -> None:
+    verdict = judge(changing(seed), way_of(seed))
+    assert verdict.problems == [], verdict.what
+
+
+@pytest.mark.release
 def test_a_wrong_restitution_would_show(tmp_path: Path) -> None:
     data = changing(SEED)
     ds = run(data, WAY)
@@ -29,6 +36,7 @@ def test_a_wrong_restitution_would_show(tmp_path: Path) -> None:
     assert any("energy_lost" in problem for problem in compare(data, oracle(data), ds, WAY).problems)
 
 
+@pytest.mark.release
 def test_friction_that_sticks_is_the_same_and_another_would_show() -> None:
     data, way = changing(60001), "dop853 joint"
     course = oracle(data)

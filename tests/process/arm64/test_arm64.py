@@ -107,6 +107,7 @@ def bits(x: np.ndarray | None) -> bytes | None:
     return None if x is None else x.tobytes()
 
 
+@pytest.mark.release
 @pytest.mark.parametrize("cpu", CPUS)
 def test_a_top_for_several_processors(guest: Guest, cpu: str) -> None:
     program, batch = made(asked(TOP))
@@ -129,12 +130,14 @@ def test_the_gallery(guest: Guest, name: str) -> None:
     assert different(ours, emulated(guest, program, batch, **level)) == []
 
 
+@pytest.mark.release
 def test_every_kernel_is_compared() -> None:
     """Of those that the driver may call, by what is traced for these scenarios."""
     found = {kernel for name in (*NAMES, *MORE) for kernel in traced(example(name))[1].kernels}
     assert {*ORDER} <= found
 
 
+@pytest.mark.release
 def test_what_is_no_number(guest: Guest) -> None:
     """The sign of a NaN that is computed is the processor's: negative on x86, positive on ARM."""
     tip = {"name": "tip", "type": "point", "body": "top"}
@@ -148,6 +151,7 @@ def test_what_is_no_number(guest: Guest) -> None:
     assert different(ours, emulated(guest, program, batch, level=FAST)) == []
 
 
+@pytest.mark.release
 def test_runs_that_fail(guest: Guest) -> None:
     fast = {"bodies.top.angular_velocity[0]": {"distribution": "uniform", "low": 0, "high": 1e80}}
     program, batch = made(asked(TOP, sweep={"runs": 9, "vary": fast}), runs=9)
@@ -157,6 +161,7 @@ def test_runs_that_fail(guest: Guest) -> None:
     assert different(ours, emulated(guest, program, batch, level=FAST)) == []
 
 
+@pytest.mark.release
 def test_an_operation_that_is_rounded_twice_is_seen(guest: Guest, monkeypatch: pytest.MonkeyPatch) -> None:
     program, batch = made(asked(TOP))
     batch = shortened(batch)

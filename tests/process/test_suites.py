@@ -1,0 +1,80 @@
+"""The suites of tests, and what they cost."""
+
+import pytest
+
+from tests import costs
+from tests.costs import Cost
+from tests.rigs.places import ROOT
+from tests.suites import DEAR, QUICK, QUICK_TOGETHER, commit_cases, quick_cases, quick_functions
+
+COMMIT = 1000.0  # quiet core seconds that the suite of a commit may cost in all,
+FUNCTION = 10.0  # and the cases of one function
+KNOWN = {
+    "a/t.py::f": Cost(QUICK_TOGETHER / 2, QUICK_TOGETHER / 5, 5),
+    "a/t.py::g": Cost(9.0, 9.0, 5),
+    "b/t.py::h": Cost(9.0, 2 * DEAR, 5),
+    "b/t.py::i": Cost(8.0, DEAR, 5),
+    "b/t.py::j": Cost(QUICK, 0.0, 1, release=True),
+}
+CASES = [f"{name}[{case}]" for name in KNOWN for case in range(5)]
+
+
+def test_the_quick_part_has_cheap_functions_and_the_cheapest_of_every_room() -> None:
+    assert quick_functions([*KNOWN, "a/t.py::new"], KNOWN) == {"a/t.py::f", "a/t.py::new", "b/t.py::i"}
+    assert quick_cases(["a/t.py::new", *CASES[:10]], KNOWN) == {
+        "a/t.py::new", "a/t.py::f[0]", "a/t.py::f[1]", "a/t.py::f[2]", "a/t.py::g[0]"
+    }  # fmt: skip
+
+
+def test_of_a_fifth_of_a_room_the_first_case_is_quick() -> None:
+    room = {f"a/t.py::f{n}": Cost(QUICK + 0.01 * n + 0.01) for n in range(10)}
+    assert quick_functions([*room], room) == {"a/t.py::f0", "a/t.py::f1"}
+
+
+def test_a_commit_has_two_cases_of_a_dear_family() -> None:
+    found = {commit: commit_cases(CASES[:20], KNOWN, commit) for commit in map(str, range(50))}
+    assert all(len([x for x in kept if x.startswith("b/t.py::h")]) == 2 for kept in found.values())
+    assert all({*CASES[:5], *CASES[15:20], "b/t.py::h[0]"} < kept for kept in found.values())
+    assert {case for kept in found.values() for case in kept} == {*CASES[:20]}
+
+
+def cost_of_a_commit(known: dict[str, Cost]) -> dict[str, float]:
+    """Quiet seconds of each function in the suite of a commit."""
+    cases = [f"{name}[{n}]" for name, cost in known.items() if not cost.release for n in range(cost.cases)]
+    counts = dict.fromkeys(known, 0)
+    for case in commit_cases(cases, known, ""):
+        counts[case.partition("[")[0]] += 1
+    return {name: known[name].first + (n - 1) * known[name].others for name, n in counts.items() if n}
+
+
+def too_dear(known: dict[str, Cost]) -> list[str]:
+    """What exceeds the budget, in sentences."""
+    functions = cost_of_a_commit(known)
+    found = [f"{name} = {s:.1f} s: at most {FUNCTION:.0f} s" for name, s in functions.items() if s > FUNCTION]
+    total = sum(functions.values())
+    return [*found, f"the suite of a commit = {total:.0f} s: at most {COMMIT:.0f} s"] if total > COMMIT else found
+
+
+def test_the_suite_of_a_commit_keeps_its_budget() -> None:
+    assert not too_dear(costs.read()), "move a family to the release (tests/suites.py), or make it cheaper"
+
+
+def test_a_suite_beyond_its_budget_is_seen() -> None:
+    assert not too_dear({"f": Cost(FUNCTION)})
+    assert len(too_dear({"f": Cost(FUNCTION + 0.1)})) == 1
+    assert not too_dear({"f": Cost(COMMIT, release=True)})
+    assert len(too_dear({f"f{n}": Cost(5.0, DEAR, 8) for n in range(150)})) == 1
+
+
+def test_costs_are_of_cases_in_the_order_in_which_they_ran(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cases = {"a::f[y]": 2.0, "a::f[x]": 0.5, "a::f[z]": 1.5, "a::g": 0.5 * costs.SMALLEST, "a::h": 0.0}
+    found = costs.of_functions(cases, {"a::h"})
+    assert found == {"a::f": Cost(2.0, 1.0, 3), "a::h": Cost(0.0, 0.0, 1, release=True)}
+    monkeypatch.setattr(costs, "COSTS", tmp_path / "costs.csv")
+    costs.write(found)
+    assert costs.read() == found
+
+
+def test_costs_are_of_files_that_are_there() -> None:
+    gone = {name for name in costs.read() if not (ROOT / name.partition("::")[0]).exists()}
+    assert len(gone) < 20, "renew tests/costs.csv: scripts/test --costs"

@@ -1,0 +1,185 @@
+"""The suites of tests: `--quick`, `--commit`, and `--all`, that of a release, chosen by tests/costs.csv.
+
+`--quick` runs, in every room, the first case of each cheap function and as many more as cost little together, and of
+every room at least a fifth of the functions. `--commit` runs all but what is marked `release`; of a family of dear
+cases it runs the first, and another one by the hash of the commit. `--all` runs everything, and the campaigns: tests
+with the marker `campaign(number)`, whose argument `seed` is as many numbers drawn from the hash of the commit. Without
+an option pytest runs everything but the campaigns. `--quick` does not import files of which it runs nothing.
+"""
+
+import re
+import statistics
+import subprocess
+import zlib
+from functools import cache
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from tests import clock, costs
+from tests.costs import Cost
+
+QUICK = 0.15  # quiet s of a first case in --quick,
+QUICK_TOGETHER = 0.05  # and of all cases of a function, if there are more of them
+QUICK_SHARE = 0.2  # of the functions of a room are in --quick, cheapest first, whatever they cost up to
+QUICK_DEAREST = 1.0  # quiet s; only the cheapest of a room may cost more
+DEAR = 0.3  # quiet s of a case; of a family of dearer ones two are of a commit
+SUITES = ("quick", "commit", "all")
+NEW = Cost()  # of functions that tests/costs.csv does not name
+HERE = Path(__file__).parent
+FUNCTION = re.compile(r"^(?:class (Test\w*)|( *)def (test_\w+))", re.MULTILINE)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--quick", action="store_true", help="the cheap tests of every room, by tests/costs.csv")
+    parser.addoption("--commit", action="store_true", help="the suite of a commit")
+    parser.addoption("--all", action="store_true", help="the suite of a release: every case, new seeds of campaigns")
+    parser.addoption("--seed", help="the text from which --all draws new seeds; default: the hash of the commit")
+    parser.addoption("--costs", action="store_true", help="measure what tests cost, and write tests/costs.csv")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "release: of the suite of a release, not of that of a commit")
+    config.addinivalue_line("markers", "campaign(number): of a release, on `number` new seeds")
+    chosen = [suite for suite in SUITES if config.getoption(f"--{suite}")]
+    if len(chosen) > 1:
+        raise pytest.UsageError(f"--{chosen[0]} and --{chosen[1]}: choose one suite")
+    if config.getoption("--costs"):
+        config.pluginmanager.register(costs.Measuring())
+    config.pluginmanager.register(CoreSeconds(config))
+
+
+def pytest_report_header(config: pytest.Config) -> str:
+    return f"cases and seeds of the commit {_commit(config)}"
+
+
+@cache
+def _head() -> str:
+    try:
+        command = ["git", "rev-parse", "--short=12", "HEAD"]
+        return subprocess.run(command, capture_output=True, text=True, cwd=HERE).stdout.strip()
+    except OSError:
+        return ""
+
+
+def _commit(config: pytest.Config) -> str:
+    return config.getoption("--seed") or _head() or "unknown"
+
+
+# ---------------------------------------------------------------- campaigns
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    for marker in metafunc.definition.iter_markers("campaign"):
+        draw = Random(f"{_commit(metafunc.config)} {metafunc.definition.name}")
+        metafunc.parametrize("seed", [draw.randrange(1000, 10**6) for _ in range(marker.args[0])])
+
+
+# ---------------------------------------------------------------- which tests
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave out a file without a function of `--quick`."""
+    if not config.getoption("--quick") or not collection_path.match("test_*.py"):
+        return None
+    return True if _quick_functions().isdisjoint(_functions_of(collection_path)) else None
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if config.getoption("--all"):
+        return
+    left_out = ("release", "campaign") if any(map(config.getoption, ("--quick", "--commit"))) else ("campaign",)
+    names = [item.nodeid for item in items if not any(map(item.get_closest_marker, left_out))]
+    kept = {*names}
+    if config.getoption("--quick"):
+        kept = quick_cases([x for x in names if function_of(x) in _quick_functions()], costs.read())
+    elif config.getoption("--commit"):
+        kept = commit_cases(names, costs.read(), _commit(config))
+    config.hook.pytest_deselected(items=[item for item in items if item.nodeid not in kept])
+    items[:] = [item for item in items if item.nodeid in kept]
+
+
+def function_of(case: str) -> str:
+    return case.partition("[")[0]
+
+
+def _families(cases: list[str]) -> dict[str, list[str]]:
+    """The cases of each function."""
+    found: dict[str, list[str]] = {}
+    for case in cases:
+        found.setdefault(function_of(case), []).append(case)
+    return found
+
+
+def quick_functions(functions: list[str], known: dict[str, Cost]) -> frozenset[str]:
+    """Those of these functions of which `--quick` runs the first case, and maybe more."""
+    rooms: dict[str, list[str]] = {}
+    for function in functions:
+        if not known.get(function, NEW).release:
+            rooms.setdefault(function.partition("::")[0].rpartition("/")[0], []).append(function)
+    kept: set[str] = set()
+    for room in rooms.values():
+        room.sort(key=lambda function: known.get(function, NEW).first)
+        for n, function in enumerate(room):
+            first = known.get(function, NEW).first
+            if first <= QUICK or n == 0 or (n < QUICK_SHARE * len(room) and first <= QUICK_DEAREST):
+                kept.add(function)
+    return frozenset(kept)
+
+
+def quick_cases(cases: list[str], known: dict[str, Cost]) -> set[str]:
+    """Of each function the first case, and as many more as cost at most `QUICK_TOGETHER` with it."""
+    kept: set[str] = set()
+    for function, family in _families(cases).items():
+        cost = known.get(function, NEW)
+        more = (QUICK_TOGETHER - cost.first) / cost.others if cost.others else len(family)
+        kept |= {*family[: 1 + max(int(more), 0)]}
+    return kept
+
+
+def commit_cases(cases: list[str], known: dict[str, Cost], commit: str) -> set[str]:
+    """All cases, but of each family of dear ones the first and another one, which the commit chooses."""
+    kept: set[str] = set()
+    for function, family in _families(cases).items():
+        if len(family) > 2 and known.get(function, NEW).others > DEAR:
+            family = [family[0], family[1 + zlib.crc32(f"{commit} {function}".encode()) % (len(family) - 1)]]
+        kept |= {*family}
+    return kept
+
+
+@cache
+def _quick_functions() -> frozenset[str]:
+    return quick_functions([x for path in HERE.rglob("test_*.py") for x in _functions_of(path)], costs.read())
+
+
+def _functions_of(path: Path) -> list[str]:
+    """The tests of a file by its text, without importing it."""
+    name, group, found = path.relative_to(HERE.parent).as_posix(), "", list[str]()
+    for class_name, indent, function in FUNCTION.findall(path.read_text(encoding="utf-8")):
+        group = f"{class_name}::" if class_name else group if indent else ""
+        if function:
+            found.append(f"{name}::{group}{function}")
+    return found
+
+
+# ---------------------------------------------------------------- what the run cost
+class CoreSeconds:
+    """States the core time of all workers at the end, in seconds of this machine and of a quiet core."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        self.config, self.spent, self.ratios = config, 0.0, [clock.ratio()]
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_sessionfinish(self) -> None:
+        self.ratios.append(clock.ratio())
+        self.spent += clock.core_seconds()
+        if hasattr(self.config, "workeroutput"):
+            self.config.workeroutput["core_seconds"] = self.spent, self.ratios
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_testnodedown(self, node: object) -> None:
+        spent, ratios = getattr(node, "workeroutput", {}).get("core_seconds", (0.0, []))
+        self.spent += spent
+        self.ratios += ratios
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        ratio = statistics.mean(self.ratios)
+        quiet = f"{self.spent / ratio:.0f} on a quiet core (the clock's ratio is {ratio:.2f})"
+        terminalreporter.write_line(f"{self.spent:.0f} core seconds, {quiet}")
