@@ -16,6 +16,10 @@ from tests import clock
 COSTS = Path(__file__).with_name("costs.csv")
 SMALLEST = 0.015  # quiet s
 RENEWED = 5.0  # s of core time after which the clock is measured again
+DRIVERS = (  # compiled once in each process, by whichever test comes first: no cost of that test
+    ("fixed_step", "drive"), ("variable_step", "drive"), ("events.states", "observe_events"),
+    ("switching.at_rest", "forces"),
+)  # fmt: skip
 
 
 class Cost(NamedTuple):
@@ -56,6 +60,18 @@ def of_functions(cases: dict[str, float], release: set[str]) -> dict[str, Cost]:
     }
 
 
+def compile_drivers() -> None:
+    """Leave the drivers in the cache, as tests compile them and as users do."""
+    from lienumba.compiler import flat, native
+
+    for level, passes in ((0, 0), (native.LEVEL, flat.PASSES)):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(native, "LEVEL", level)
+            patch.setattr(flat, "PASSES", passes)
+            for module, name in DRIVERS:
+                flat.kept(f"lienumba.integrators.drivers.{module}", name)
+
+
 class Measuring:
     """The plugin that measures every test in its worker, and writes the file from the reports of all workers.
 
@@ -70,6 +86,8 @@ class Measuring:
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_protocol(self) -> Iterator[Any]:
+        if not self.measured:
+            compile_drivers()
         if not self.measured or clock.core_seconds() - self.measured > RENEWED:
             self.ratio, self.measured = clock.ratio(), clock.core_seconds()
         self.last = clock.core_seconds()

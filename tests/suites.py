@@ -50,10 +50,6 @@ def pytest_configure(config: pytest.Config) -> None:
     config.pluginmanager.register(CoreSeconds(config))
 
 
-def pytest_report_header(config: pytest.Config) -> str:
-    return f"cases and seeds of the commit {_commit(config)}"
-
-
 @cache
 def _head() -> str:
     try:
@@ -83,7 +79,7 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    if config.getoption("--all"):
+    if config.getoption("--all") or config.getoption("--costs"):
         return
     left_out = ("release", "campaign") if any(map(config.getoption, ("--quick", "--commit"))) else ("campaign",)
     names = [item.nodeid for item in items if not any(map(item.get_closest_marker, left_out))]
@@ -183,3 +179,5 @@ class CoreSeconds:
         ratio = statistics.mean(self.ratios)
         quiet = f"{self.spent / ratio:.0f} on a quiet core (the clock's ratio is {ratio:.2f})"
         terminalreporter.write_line(f"{self.spent:.0f} core seconds, {quiet}")
+        if self.config.getoption("--commit") or self.config.getoption("--all"):
+            terminalreporter.write_line(f"the same cases and seeds again: --seed {_commit(self.config)}")
