@@ -9,9 +9,11 @@ from dataclasses import dataclass, field
 from struct import pack, unpack
 from typing import Any
 
-from lienumba.compiler.emit import DECLARATIONS, FMA, VECTOR, Kernel
-from lienumba.compiler.rows import ARGUMENTS, ROW, W
+from lienumba.compiler import emit
+from lienumba.compiler.emit import Kernel
+from lienumba.compiler.rows import ARGUMENTS, ROW
 from lienumba.compiler.series import Orders, Sum
+from lienumba.compiler.value_types import VECTOR
 
 TILE = 14  # sums side by side: registers are left for what they read
 NUMBERS = 3  # k, 1/k, 1/(k + 1)
@@ -67,20 +69,20 @@ class SeriesKernel:
         return found
 
     def text(self) -> str:
-        texts = [part.text().replace(DECLARATIONS, "") for part in self.parts]
+        texts = [part.text().replace(emit.VALUES.declarations, "") for part in self.parts]
         self.work_rows = max(part.work_rows for part in self.parts)
         sums = _sums(f"{self.name}_sums", self.orders, self.order)
         given = ", ".join(ARGUMENTS.split(", "))
         prepares = "\n".join(f"call void @{part.name}_prepare({given})" for part in self.parts)
         prepare = f"define void @{self.name}_prepare({ARGUMENTS}) nounwind {{\n{prepares}\nret void\n}}\n"
-        return "\n".join((DECLARATIONS, *texts, *sums, self._whole(), prepare))
+        return "\n".join((emit.VALUES.declarations, *texts, *sums, self._whole(), prepare))
 
     def _whole(self) -> str:
         slices = self.orders.rows
         rows = [c for k in range(self.order) for c in (float(k), 1.0 / max(k, 1), 1.0 / (k + 1))]
-        table = ", ".join(f"{VECTOR} <{', '.join([f'double {_hex(c)}'] * W)}>" for c in rows)
+        table = ", ".join(f"{VECTOR.name} {VECTOR.constant('double', _hex(c))}" for c in rows)
         return f"""
-@{self.name}.table = internal constant [{len(rows)} x {VECTOR}] [{table}], align 64
+@{self.name}.table = internal constant [{len(rows)} x {VECTOR.name}] [{table}], align 64
 define void @{self.name}({ARGUMENTS}) nounwind {{
 %slices = getelementptr i8, ptr %out, i64 {ROW * self.first}
 %sums = getelementptr i8, ptr %slices, i64 {ROW * slices}
@@ -120,9 +122,7 @@ def _sums(name: str, orders: Orders, order: int) -> list[str]:
             own = f"{name}_{'full' if full else 'inner'}{number}"
             texts.append(_loop(own, tile, full, len(orders.sums)))
             calls.append(f"call void @{own}(ptr %slices, ptr %sums, i64 %k)")
-    body = "\n".join(calls)
-    whole = f"define internal void @{name}(ptr %slices, ptr %sums, i64 %k) nounwind {{\n{body}\nret void\n}}\n"
-    return [*texts, whole]
+    return [*texts, emit.VALUES.function(name, "ptr %slices, ptr %sums, i64 %k", "\n".join(calls), "internal ")]
 
 
 Numbered = tuple[int, Sum]
@@ -145,6 +145,7 @@ def _tiles(every: list[Numbered]) -> list[list[Numbered]]:
 
 def _loop(name: str, tile: list[Numbered], full: bool, count: int) -> str:
     """The sums of a tile, in one loop over j."""
+    v = emit.VALUES.name
     first, last = (0, "%k") if full else (1, "%before")
     signs: list[str] = []
     loads: dict[tuple[str, int], str] = {}
@@ -155,7 +156,7 @@ def _loop(name: str, tile: list[Numbered], full: bool, count: int) -> str:
         if (end, place) not in loads:
             value = loads[end, place] = f"%{end}{place}"
             signs.append(f"{value}.at = getelementptr i8, ptr %{end}, i64 {ROW * place}")
-            signs.append(f"{value} = load {VECTOR}, ptr {value}.at, align 8")
+            signs.append(f"{value} = load {v}, ptr {value}.at, align 8")
         return loads[end, place]
 
     for n, each in tile:
@@ -165,15 +166,15 @@ def _loop(name: str, tile: list[Numbered], full: bool, count: int) -> str:
                 x, y = y, x
             a, b = load("left", x), load("right", y)
             if sign < 0.0:
-                lines.append(f"%m{n}.{t} = fneg {VECTOR} {a}")
+                lines.append(f"%m{n}.{t} = fneg {v} {a}")
                 a = f"%m{n}.{t}"
-            lines.append(f"%t{n}.{t} = {FMA}({VECTOR} {a}, {VECTOR} {b}, {VECTOR} {total})")
+            lines.append(f"%t{n}.{t} = {emit.VALUES.fma}({v} {a}, {v} {b}, {v} {total})")
             total = f"%t{n}.{t}"
         ends.append(total)
-    starts = [f"%s{n} = phi {VECTOR} [zeroinitializer, %entry]" for n, _ in tile]
+    starts = [f"%s{n} = phi {v} [zeroinitializer, %entry]" for n, _ in tile]
     phis = "\n".join(f"{start}, [{end}, %body]" for start, end in zip(starts, ends, strict=True))
     stores = "\n".join(
-        f"%o{n} = getelementptr i8, ptr %sums, i64 {ROW * (count - 1 - n)}\nstore {VECTOR} %s{n}, ptr %o{n}, align 8"
+        f"%o{n} = getelementptr i8, ptr %sums, i64 {ROW * (count - 1 - n)}\nstore {v} %s{n}, ptr %o{n}, align 8"
         for n, _ in tile
     )
     body = "\n".join(signs + lines)

@@ -15,27 +15,20 @@ from functools import lru_cache
 from math import inf
 from typing import Any, TypeGuard
 
-from lienumba.compiler.rows import W, WorkRows
+from lienumba.compiler.rows import WorkRows
 from lienumba.compiler.segments import LONGEST, Segments, by_content, by_size
 from lienumba.compiler.sharing import Segment, assembled, distinct
 from lienumba.compiler.symbols import FUSED, Symbol, live, operation_counts, uncollected
+from lienumba.compiler.value_types import VECTOR, ValueType
 from lienumba.numerics.vector_math import ROUND
 
 Value = Symbol | float  # of a graph
-VECTOR = f"<{W} x double>"
-MASK = f"<{W} x i1>"
-BITS = f"<{W} x i64>"
+VALUES = VECTOR  # the type of every value in the text
 LONG = 8000  # operations from which on equal parts are looked for,
 REPEATED = 0.7  # and worth it where this fraction of the segments, or less, are distinct
 SOON = 8  # segments within which a value is read for the last time, or it is kept apart
 BINARY = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv"}
 COMPARE = {"<": "olt", "<=": "ole", "==": "oeq"}
-FMA = f"call {VECTOR} @llvm.fma.v{W}f64"
-DECLARATIONS = f"""
-declare {VECTOR} @llvm.fma.v{W}f64({VECTOR}, {VECTOR}, {VECTOR})
-declare {VECTOR} @llvm.sqrt.v{W}f64({VECTOR})
-declare {VECTOR} @llvm.masked.gather.v{W}f64.v{W}p0(<{W} x ptr>, i32, {MASK}, {VECTOR})
-"""
 
 
 @dataclass
@@ -86,16 +79,15 @@ class Kernel:
         preparer = _Writer(self, preparing=True)
         prepare = preparer.function(f"{self.name}_prepare", invariant, kept)
         self.work_rows = max(writer.work.count, preparer.work.count)
-        return DECLARATIONS + body + "\n" + prepare
+        return VALUES.declarations + body + "\n" + prepare
 
 
 _bits = struct.Struct(">d").pack  # by which a zero with a sign is another
 
 
 @lru_cache(1024)
-def _constant(bits: bytes) -> str:
-    """A number in every lane."""
-    return f"<{', '.join([f'double 0x{bits.hex().upper()}'] * W)}>"
+def _constant(bits: bytes, values: ValueType) -> str:
+    return values.constant("double", f"0x{bits.hex().upper()}")
 
 
 def _is_input(x: Value) -> TypeGuard[Symbol]:
@@ -117,9 +109,9 @@ class _Writer:
         if len(order) >= LONG:
             self._write(by_content(order), stores, frames=True)
             if distinct(self.segments) <= REPEATED * len(self.segments):
-                return assembled(name, self.segments)
+                return assembled(name, self.segments, VALUES)
         self._write(by_size(order), stores, frames=False)
-        return assembled(name, self.segments)
+        return assembled(name, self.segments, VALUES)
 
     def _write(self, parts: Segments, stores: Sequence[tuple[str, int, Value]], frames: bool) -> None:
         """Fill the segments; frames: what each leaves lies side by side."""
@@ -183,12 +175,12 @@ class _Writer:
     # ------------------------------------------------------------ rows of memory
     def _store(self, array: str, row: int, value: str) -> None:
         pointer = self.segments[-1].pointer(array, row, True)
-        self.segments[-1].lines.append(f"store {VECTOR} {value}, ptr {pointer}, align 8")
+        self.segments[-1].lines.append(f"store {VALUES.name} {value}, ptr {pointer}, align 8")
 
     # ------------------------------------------------------------ values
     def _value(self, x: Value) -> str:
         if not isinstance(x, Symbol):
-            return _constant(_bits(x))
+            return _constant(_bits(x), VALUES)
         return self.names.get(x.id) or self._load(x)
 
     def _load(self, x: Symbol) -> str:
@@ -201,48 +193,47 @@ class _Writer:
         pointer = self.segments[-1].pointer(array, row, False)
         name = self.names[x.id] = f"%l{self.loads}"
         self.loads += 1
-        self.segments[-1].lines.append(f"{name} = load {VECTOR}, ptr {pointer}, align 8")
+        self.segments[-1].lines.append(f"{name} = load {VALUES.name}, ptr {pointer}, align 8")
         return name
 
     def _compute(self, node: Symbol) -> None:
-        known = self.names
-        a = [known.get(x.id) or self._load(x) if x.__class__ is Symbol else _constant(_bits(x)) for x in node.args]
+        known, v = self.names, VALUES.name
+        a = [
+            known.get(x.id) or self._load(x) if x.__class__ is Symbol else _constant(_bits(x), VALUES)
+            for x in node.args
+        ]
         number, lines = self.computed, self.segments[-1].lines
         if node.op in FUSED:
             if node.op != "fma":
                 which = 2 if node.op == "fms" else 0
-                lines.append(f"%n{number} = fneg {VECTOR} {a[which]}")
+                lines.append(f"%n{number} = fneg {v} {a[which]}")
                 a[which] = f"%n{number}"
-            right = f"{FMA}({VECTOR} {a[0]}, {VECTOR} {a[1]}, {VECTOR} {a[2]})"
+            right = f"{VALUES.fma}({v} {a[0]}, {v} {a[1]}, {v} {a[2]})"
         elif node.op in BINARY:
-            right = f"{BINARY[node.op]} {VECTOR} {a[0]}, {a[1]}"
+            right = f"{BINARY[node.op]} {v} {a[0]}, {a[1]}"
         elif node.op == "neg":
-            right = f"fneg {VECTOR} {a[0]}"
+            right = f"fneg {v} {a[0]}"
         elif node.op == "sqrt":
-            right = f"call {VECTOR} @llvm.sqrt.v{W}f64({VECTOR} {a[0]})"
+            right = f"{VALUES.sqrt}({v} {a[0]})"
         elif node.op == "where":
-            right = f"select {MASK} {self._condition(node, number)}, {VECTOR} {a[1]}, {VECTOR} {a[2]}"
+            right = f"select {VALUES.mask} {self._condition(node, number)}, {v} {a[1]}, {v} {a[2]}"
         elif node.op in COMPARE:  # masks live as 0 or 1 beside ordinary values, so that they may cross a cut
             one, zero = self._value(1.0), self._value(0.0)
             self.masks[node.id] = f"%m{number}"
-            lines.append(f"%m{number} = fcmp {COMPARE[node.op]} {VECTOR} {a[0]}, {a[1]}")
-            right = f"select {MASK} %m{number}, {VECTOR} {one}, {VECTOR} {zero}"
+            lines.append(f"%m{number} = fcmp {COMPARE[node.op]} {v} {a[0]}, {a[1]}")
+            right = f"select {VALUES.mask} %m{number}, {v} {one}, {v} {zero}"
         elif node.op == "power_of_two":
-            bias, shift = self._value(ROUND + 1023.0), ", ".join(["i64 52"] * W)
-            lines.append(f"%f{number} = fadd {VECTOR} {a[0]}, {bias}")
-            lines.append(f"%b{number} = bitcast {VECTOR} %f{number} to {BITS}")
-            lines.append(f"%s{number} = shl {BITS} %b{number}, <{shift}>")
-            right = f"bitcast {BITS} %s{number} to {VECTOR}"
+            bias, shift = self._value(ROUND + 1023.0), VALUES.constant("i64", "52")
+            lines.append(f"%f{number} = fadd {v} {a[0]}, {bias}")
+            lines.append(f"%b{number} = bitcast {v} %f{number} to {VALUES.bits}")
+            lines.append(f"%s{number} = shl {VALUES.bits} %b{number}, {shift}")
+            right = f"bitcast {VALUES.bits} %s{number} to {v}"
         elif node.op == "gather":
-            lines.append(f"%b{number} = bitcast {VECTOR} {a[0]} to {BITS}")
-            lines.append(f"%a{number} = inttoptr {BITS} %b{number} to <{W} x ptr>")
-            lines.append(f"%i{number} = fptosi {VECTOR} {a[1]} to {BITS}")
-            lines.append(f"%q{number} = getelementptr double, <{W} x ptr> %a{number}, {BITS} %i{number}")
-            every = ", ".join(["i1 true"] * W)
-            right = (
-                f"call {VECTOR} @llvm.masked.gather.v{W}f64.v{W}p0(<{W} x ptr> %q{number}, i32 8, {MASK} <{every}>, "
-                f"{VECTOR} undef)"
-            )
+            lines.append(f"%b{number} = bitcast {v} {a[0]} to {VALUES.bits}")
+            lines.append(f"%a{number} = inttoptr {VALUES.bits} %b{number} to {VALUES.pointer}")
+            lines.append(f"%i{number} = fptosi {v} {a[1]} to {VALUES.bits}")
+            lines.append(f"%q{number} = getelementptr double, {VALUES.pointer} %a{number}, {VALUES.bits} %i{number}")
+            right = VALUES.gathered(f"%q{number}")
         else:
             raise ValueError(f"no instruction for the operation {node.op!r}")
         lines.append(f"%v{number} = {right}")
@@ -253,6 +244,6 @@ class _Writer:
         condition = node.args[0]
         if condition.id in self.masks:
             return self.masks[condition.id]
-        name = f"%c{number}"
-        self.segments[-1].lines.append(f"{name} = fcmp une {VECTOR} {self._value(condition)}, {self._value(0.0)}")
+        name, zero = f"%c{number}", self._value(0.0)
+        self.segments[-1].lines.append(f"{name} = fcmp une {VALUES.name} {self._value(condition)}, {zero}")
         return name

@@ -7,6 +7,7 @@ offsets for all. The few rows that move on their own are looked up in a table of
 from dataclasses import dataclass, field
 
 from lienumba.compiler.rows import ARGUMENTS, ARRAYS, ROW
+from lienumba.compiler.value_types import ValueType
 
 GROUP = 3  # rows that move together from which on they have a pointer of their own
 
@@ -35,7 +36,7 @@ def distinct(segments: list[Segment]) -> int:
     return len({segment.key() for segment in segments})
 
 
-def assembled(name: str, segments: list[Segment]) -> str:
+def assembled(name: str, segments: list[Segment], values: ValueType) -> str:
     """The function that calls the segments one after the other."""
     alike: dict[tuple[object, ...], list[int]] = {}
     for number, segment in enumerate(segments):
@@ -48,8 +49,7 @@ def assembled(name: str, segments: list[Segment]) -> str:
         for call, number in enumerate(numbers):
             calls[number] = shared.call(call, f"{name}.{number}")
             text.append(shared.table(call, f"{name}.{number}"))
-    listed = "\n".join(calls)
-    return "\n".join(text) + f"\ndefine void @{name}({ARGUMENTS}) nounwind {{\n{listed}\nret void\n}}\n"
+    return "\n".join(text) + "\n" + values.function(name, ARGUMENTS, "\n".join(calls))
 
 
 class _Shared:

@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
-from lienumba.compiler import cache, native
+from lienumba.compiler import cache, emit, native
 from lienumba.compiler.emit import Kernel
+from lienumba.compiler.value_types import DOUBLE, VECTOR
 from tests.compiler.evaluation import assert_same_bits, call
 from tests.compiler.interpreter import RandomGraph, numbers
 
@@ -64,14 +65,17 @@ def test_what_fails_there_is_tried_here_and_what_is_killed_is_told(
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_levels_change_no_bit_and_share_no_entry(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_levels_and_types_of_values_change_no_bit_and_share_no_entry(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     made = kernel(seed, 400)
     given = {name: numbers(rows, 40 * seed + n) for n, (name, rows) in enumerate(ROWS.items())}
     found, entries = [], set()
-    for level in (0, native.LEVEL, 3):
+    for level, values in ((native.LEVEL, VECTOR), (0, VECTOR), (3, VECTOR), (0, DOUBLE), (3, DOUBLE)):
         monkeypatch.setattr(native, "LEVEL", level)
+        monkeypatch.setattr(emit, "VALUES", values)
         entries.add(native.entry(made.text()))
         found.append(call(made, **given))
-    assert len(entries) == 3
-    assert_same_bits(found[0], found[1])
-    assert_same_bits(found[2], found[1])
+    assert len(entries) == len(found)
+    for other in found[1:]:
+        assert_same_bits(other, found[0])

@@ -54,7 +54,7 @@ def key_of(model: Model, method: Method, selection: RowSelection, fixed: bool) -
     template, _ = split(model)
     rows = selection.rows, selection.masks, selection.singular
     cuts = emit.LONG, emit.REPEATED, segments.SIZE, segments.SHORTEST, segments.LONGEST, segments.MEAN
-    limits = step_kernels.INLINE, cuts
+    limits = step_kernels.INLINE, cuts, emit.VALUES.lanes
     codes = [*(joint.code for joint in template.joints), *(force.code for force in template.forces)]
     own = [code for code in codes if code is not None]
     try:

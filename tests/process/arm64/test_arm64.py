@@ -3,46 +3,40 @@
 
 import os
 from collections.abc import Iterator
-from dataclasses import fields, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from lienumba.batch.integrate import Batch, Chunk, integrate
+from lienumba.batch.integrate import Batch, Chunk
 from lienumba.compiler import emit
-from lienumba.engine.programs import batch_of, program_of
 from lienumba.integrators.layout import ORDER
 from lienumba.integrators.tracing.machine import compile_program
 from lienumba.integrators.tracing.program import Program
-from lienumba.scenario.resolve import Scenario, resolve
-from lienumba.scenario.start.prepare import Prepared, prepare
 from tests.process.arm64.emulated import Guest, missing
+from tests.rigs.chunks import (
+    GALLERY,
+    MORE,
+    STEPS,
+    asked,
+    compared,
+    different,
+    example,
+    made,
+    shortened,
+    simulated,
+    traced,
+)
+from tests.rigs.places import SCENARIOS
 
-SCENARIOS = Path(__file__).parents[3] / "scenarios"
 TOP = str(SCENARIOS / "heavy_top.toml")
 CPUS = ("neoverse-v2", "apple-m1")  # the first has SVE; all else is made for a generic one
 SOME = ("arm_sampled", "bouncing_ball", "dzhanibekov", "five_bar_leg", "gripper", "heavy_top_study", "pawl",
         "satellite", "satellite_settles", "separation", "thruster", "ur5")  # fmt: skip
-MORE = {  # what no small scenario of the gallery has
-    "capture": ("docking", {"bodies.chaser.position": [-1.023, 0.003, 0.001]}),
-    "capture of joints": (
-        "docking",
-        {"bodies.chaser.position": [-1.023, 0.003, 0.001], "integrator.coordinates": "joint"},
-    ),
-    "chord": ("heavy_top", {"projection.chord": True}),
-    "measures": ("heavy_top", {"measures": [{"name": "slow", "value": "mean(t)"}, {"name": "end", "value": "max(t)"}]}),
-    "quadrature": ("satellite", {"measures": [{"name": "slow", "value": "mean(t)"}]}),
-    "radau": ("heavy_top", {"integrator.method": "radau5"}),
-    "loop": ("four_bar", {"integrator": {"method": "bs32", "tolerance": 1e-6, "end_time": 1.0}}),
-    "taylor": ("heavy_top", {"integrator": {"method": "taylor", "order": 4, "tolerance": 1e-12, "end_time": 1.0}}),
-}
-STEPS = 9  # of each run
 AS_EVER = bool(os.environ.get("LIENUMBA_ARM64_AS_EVER"))  # the whole gallery, and code generated as for users
-NAMES = sorted(path.stem for path in SCENARIOS.glob("*.toml") if AS_EVER or path.stem in SOME)
+NAMES = [name for name in GALLERY if AS_EVER or name in SOME]
 FAST = 0  # else LLVM's level of code generation that takes a tenth of the time
-MEASURED = ("runs", "seconds")  # of a chunk
 
 
 @pytest.fixture(scope="module")
@@ -55,36 +49,6 @@ def guest(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Guest]:
     made.close()
 
 
-def asked(name: str, **overrides: Any) -> Scenario:
-    """A scenario; of a study its first point."""
-    scenario = resolve(name, overrides=overrides)
-    return scenario if scenario.plan is None else scenario.plan.points[0].scenario
-
-
-def made(scenario: Scenario, runs: int = 2) -> tuple[Program, Batch]:
-    """The program and a few of the runs, as this machine has them."""
-    prepared, program = traced(scenario, runs)
-    return program, batch_of(scenario, prepared, program, compile_program(program))
-
-
-def traced(scenario: Scenario, runs: int = 1) -> tuple[Prepared, Program]:
-    prepared = prepare(scenario, list(scenario.labels)[:runs])
-    return prepared, program_of(scenario, prepared, True)
-
-
-def shortened(batch: Batch) -> Batch:
-    """So many steps, or about so many where a tolerance chooses them, and outputs at both ends and between."""
-    if batch.h is not None:
-        return replace(batch, end=STEPS * batch.h, outputs=batch.h * np.array([0, STEPS // 3, STEPS]))
-    assert batch.pace is not None
-    end = 3 * STEPS * float(np.max(batch.pace.first))
-    return replace(batch, end=end, outputs=np.linspace(0.0, end, 4))
-
-
-def simulated(batch: Batch) -> Chunk:
-    return integrate(batch, slice(0, batch.runs), np.zeros(1, np.int64), np.zeros(1, np.int64))
-
-
 def emulated(guest: Guest, program: Program, batch: Batch, **how: Any) -> Chunk:
     """The same runs by AArch64 code."""
     with guest.instead(**how):
@@ -93,31 +57,12 @@ def emulated(guest: Guest, program: Program, batch: Batch, **how: Any) -> Chunk:
         return replace(found, **copies)
 
 
-def different(a: Chunk, b: Chunk) -> list[str]:
-    """What has other bits."""
-    return [name for name in compared(a) if bits(getattr(a, name)) != bits(getattr(b, name))]
-
-
-def compared(chunk: Chunk) -> list[str]:
-    """The fields that are not measured."""
-    return [f.name for f in fields(chunk) if f.name not in MEASURED]
-
-
-def bits(x: np.ndarray | None) -> bytes | None:
-    return None if x is None else x.tobytes()
-
-
 @pytest.mark.release
 @pytest.mark.parametrize("cpu", CPUS)
 def test_a_top_for_several_processors(guest: Guest, cpu: str) -> None:
     program, batch = made(asked(TOP))
     batch = shortened(batch)
     assert different(simulated(batch), emulated(guest, program, batch, cpu=(cpu, ""))) == []
-
-
-def example(name: str) -> Scenario:
-    scenario, overrides = MORE.get(name, (name, {}))
-    return asked(str(SCENARIOS / f"{scenario}.toml"), **overrides)
 
 
 @pytest.mark.parametrize("name", [*NAMES, *MORE])
@@ -165,12 +110,12 @@ def test_runs_that_fail(guest: Guest) -> None:
 def test_an_operation_that_is_rounded_twice_is_seen(guest: Guest, monkeypatch: pytest.MonkeyPatch) -> None:
     program, batch = made(asked(TOP))
     batch = shortened(batch)
-    ours, v = simulated(batch), emit.VECTOR
+    ours, v = simulated(batch), emit.VALUES.name
     twice = f"""define internal {v} @twice({v} %a, {v} %b, {v} %c) {{
         %p = fmul {v} %a, %b
         %s = fadd {v} %p, %c
         ret {v} %s
     }}"""
-    monkeypatch.setattr(emit, "FMA", f"call {v} @twice")
-    monkeypatch.setattr(emit, "DECLARATIONS", emit.DECLARATIONS + twice)
+    monkeypatch.setattr(emit.VALUES, "fma", f"call {v} @twice")
+    monkeypatch.setattr(emit.VALUES, "declarations", emit.VALUES.declarations + twice)
     assert different(ours, emulated(guest, program, batch, level=FAST)) == ["records", "states"]
