@@ -229,11 +229,8 @@ class _Writer:
             lines.append(f"%s{number} = shl {VALUES.bits} %b{number}, {shift}")
             right = f"bitcast {VALUES.bits} %s{number} to {v}"
         elif node.op == "gather":
-            lines.append(f"%b{number} = bitcast {v} {a[0]} to {VALUES.bits}")
-            lines.append(f"%a{number} = inttoptr {VALUES.bits} %b{number} to {VALUES.pointer}")
-            lines.append(f"%i{number} = fptosi {v} {a[1]} to {VALUES.bits}")
-            lines.append(f"%q{number} = getelementptr double, {VALUES.pointer} %a{number}, {VALUES.bits} %i{number}")
-            right = VALUES.gathered(f"%q{number}")
+            *before, right = VALUES.gathered(number, *a)
+            lines += before
         else:
             raise ValueError(f"no instruction for the operation {node.op!r}")
         lines.append(f"%v{number} = {right}")

@@ -28,12 +28,19 @@ class ValueType:
         """The same number in every lane."""
         return f"<{', '.join([f'{scalar} {x}'] * self.lanes)}>" if self.lanes > 1 else x
 
-    def gathered(self, pointer: str) -> str:
-        """The doubles at the pointers of all lanes."""
+    def gathered(self, n: int, address: str, index: str) -> list[str]:
+        """Instructions, numbered n, of which the last loads a double per lane: at an address, which is the bits of a
+        number, and an index from there. X86's fast selection of a sum of pointers takes the number for the address."""
+        v, bits, pointer = self.name, self.bits, self.pointer
+        start, place = f"%b{n} = bitcast {v} {address} to {bits}", f"%i{n} = fptosi {v} {index} to {bits}"
         if self.lanes == 1:
-            return f"load double, ptr {pointer}, align 8"
+            total = f"%a{n} = shl i64 %i{n}, 3", f"%s{n} = add i64 %b{n}, %a{n}", f"%q{n} = inttoptr i64 %s{n} to ptr"
+            return [start, place, *total, f"load double, ptr %q{n}, align 8"]
+        first = f"%a{n} = inttoptr {bits} %b{n} to {pointer}"
+        sought = f"%q{n} = getelementptr double, {pointer} %a{n}, {bits} %i{n}"
         every = self.constant("i1", "true")
-        return f"call {self._gather}({self.pointer} {pointer}, i32 8, {self.mask} {every}, {self.name} undef)"
+        load = f"call {self._gather}({pointer} %q{n}, i32 8, {self.mask} {every}, {v} undef)"
+        return [start, first, place, sought, load]
 
     def function(self, name: str, arguments: str, body: str, linkage: str = "") -> str:
         """A function of all W lanes; body: of `lanes` lanes; arguments: pointers to rows, and whole numbers."""
