@@ -48,6 +48,7 @@ def floors(z: Any) -> Any:
     return n * (z - n) + 0.5 * n * (n - 1)
 
 
+@pytest.mark.usefixtures("vectors")
 @pytest.mark.parametrize("integrator", STEPS, ids=str)
 def test_every_jump_is_where_it_is(integrator: dict[str, Any]) -> None:
     """Of 400 runs 390 were wrong by up to a half."""
@@ -73,6 +74,7 @@ def test_every_jump_is_where_it_is(integrator: dict[str, Any]) -> None:
     np.testing.assert_array_equal(ds["count"], begun)
 
 
+@pytest.mark.usefixtures("vectors")
 @pytest.mark.parametrize("integrator", STEPS[:2], ids=str)
 def test_no_measure_feels_that_another_one_is_noise(integrator: dict[str, Any]) -> None:
     alone, beside = flown(integrator, ["floor"]), flown(integrator, ["spike", "floor"])

@@ -24,6 +24,7 @@ def test_a_run_that_creeps_ends() -> None:
     assert "or for 100,000 within a thousandth of the run" in sentence
 
 
+@pytest.mark.usefixtures("vectors")
 def test_a_long_run_does_not() -> None:
     more = {"integrator": {"end_time": 0.5, **BS32, "max_step": 5e-7}, "output.every": 0.25}
     ds = lienumba.run(at_hinge("0.1"), overrides=more)

@@ -134,6 +134,7 @@ def test_what_is_seen_to_stop_is_what_is_stopped() -> None:
     assert (whirls.WHIRLS, whirls.PAIR) == (modes.WHIRLS, modes.PAIR)
 
 
+@pytest.mark.usefixtures("vectors")
 @pytest.mark.parametrize("coordinates", ["lie", "joint"])
 @pytest.mark.parametrize("tolerance", [1e-9, 1e-11, 1e-13])
 def test_series_that_begin_next_to_rest_have_steps_as_short(tolerance: float, coordinates: str) -> None:

@@ -108,6 +108,7 @@ def test_a_block_rests_as_long_as_any_forces_hold_it() -> None:
     assert abs(ds.energy_residual).max() < 1e-7
 
 
+@pytest.mark.usefixtures("vectors")
 def test_steps_of_given_length_follow_feet_that_nearly_stop() -> None:
     """Pushed beside its mass centre a block turns as it slips, and where one foot comes nearly to rest in mid motion
     friction turns as fast as the foot is slow. What a change asked was not what the step asked: of these runs 6, and 5

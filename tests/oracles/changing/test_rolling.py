@@ -49,6 +49,7 @@ THROWN = np.array(
 )
 
 
+@pytest.mark.usefixtures("vectors")
 @pytest.mark.parametrize("method", [{"tolerance": 1e-9}, {"tolerance": 1e-10, "method": "dp54"}])
 def test_rods_roll_to_the_end_and_gain_nothing(method: dict[str, Any]) -> None:
     ds = lienumba.run(
