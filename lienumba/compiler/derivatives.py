@@ -1,4 +1,4 @@
-"""Partial derivatives of what a graph computes, and graphs computed again on other numbers.
+"""Partial derivatives of what a graph computes.
 
 The chain rule makes a graph of local derivatives along the edges from operands to results. Its inner nodes are
 eliminated one by one: each edge into a node is multiplied with each edge out of it, and products that meet are summed
@@ -10,13 +10,11 @@ The graph has to be analytic (`Graph`), so that sin and cos are known as such. A
 keeps the branch that it is in.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from heapq import heapify, heappop, heappush
-from itertools import count
 from typing import Any
 
-from lienumba.compiler.series import FUNCTIONS, JUMPS, rounds
+from lienumba.compiler.series import JUMPS, rounds
 from lienumba.compiler.symbols import FUSED, Symbol, live
 from lienumba.numerics import operations
 from lienumba.numerics.number import Number
@@ -147,46 +145,3 @@ def slopes(node: Symbol) -> list[tuple[Symbol, Any]]:
     else:
         raise ValueError(f"no derivative of the operation {op!r}")
     return [(x, value) for x, value in zip(a, found, strict=False) if isinstance(x, Symbol) and not is_zero(value)]
-
-
-@dataclass(frozen=True)
-class Tape:
-    """What a graph computes, for other numbers. constants: the first numbers; steps: an operation, and which numbers so
-    far it takes, or the array and row of an input; results: which numbers, of those with all steps, are the values."""
-
-    constants: list[Any]
-    steps: list[tuple[str, Any]]
-    results: list[int]
-
-    @staticmethod
-    def of(values: Sequence[object]) -> "Tape":
-        nodes = live(values)
-        constants = [x for node in nodes if node.op != "input" for x in node.args if not isinstance(x, Symbol)]
-        constants += [x for x in values if not isinstance(x, Symbol)]
-        places = {node.id: n for n, node in enumerate(nodes, len(constants))}
-        number = count()
-
-        def place(x: object) -> int:
-            return places[x.id] if isinstance(x, Symbol) else next(number)
-
-        steps = [(node.op, node.args if node.op == "input" else tuple(place(x) for x in node.args)) for node in nodes]
-        return Tape(constants, steps, [place(x) for x in values])
-
-    def replayed(
-        self, given: Callable[[str, int], Any], functions: Mapping[str, Callable[..., Any]] = FUNCTIONS
-    ) -> list[Any]:
-        """The values, where inputs are given(array, row)."""
-        known = list(self.constants)
-        so_far = known.__getitem__
-        for op, args in self.steps:
-            known.append(given(*args) if op == "input" else functions[op](*map(so_far, args)))
-        return [known[n] for n in self.results]
-
-
-def replayed(
-    values: Sequence[object],
-    given: Callable[[str, int], Any],
-    functions: Mapping[str, Callable[..., Any]] = FUNCTIONS,
-) -> list[Any]:
-    """What a graph computes, on other numbers: given(array, row) for each of its inputs."""
-    return Tape.of(values).replayed(given, functions)

@@ -5,9 +5,9 @@ import operator
 import numpy as np
 import pytest
 
-from lienumba.compiler.derivatives import replayed
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph, Symbol, live, operation_counts
+from lienumba.compiler.tape import replayed
 from lienumba.numerics import operations
 from lienumba.numerics.jets import Dual
 from tests.compiler.evaluation import assert_same_bits, call

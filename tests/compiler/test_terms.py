@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lienumba.compiler.derivatives import replayed
 from lienumba.compiler.symbols import Graph
+from lienumba.compiler.tape import replayed
 from lienumba.compiler.terms import terms
 from lienumba.numerics import operations as o
 

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from lienumba.batch.statuses import SUCCESS
-from lienumba.compiler.derivatives import replayed
 from lienumba.compiler.symbols import Graph, Symbol, live
+from lienumba.compiler.tape import replayed
 from lienumba.engine.linear.course import Column, course
 from lienumba.engine.simulate import Runs
 from lienumba.integrators import layout

@@ -127,7 +127,7 @@ class Recorded:
         return list(a[:, :, 0].T), list(mu[:, :, 0].T)
 
     def _at(self, equations: Equations, states: States, a: Sequence[Any], mu: Sequence[Any]) -> Linear:
-        return equations.at(states.rows, states.t, a, mu, states.numbers.__getitem__)
+        return equations.of_runs(states.rows, states.t, a, mu, states.numbers, len(states.labels))
 
     def _blocks(self, states: States, turning: Sequence[float]) -> tuple[Blocks, dict[str, Array], Array]:
         """What is to be reduced, what is seen, and how bodies move with the rates, along the axes looked at."""

@@ -16,7 +16,6 @@ from functools import cached_property, partial
 from typing import Any
 
 from lienumba.compiler.emit import Kernel
-from lienumba.compiler.series import FUNCTIONS
 from lienumba.compiler.symbols import Graph
 from lienumba.integrators import layout
 from lienumba.integrators.codes import finite, verdict
@@ -91,7 +90,7 @@ class _Step:
         rows = [*flat(self.state), *self.augmented]
         t, parameter = self.clock(layout.TIME), partial(self.graph.input, "parameters")
         within = self.clock(layout.MIDDLE)
-        start = only.at(rows, t, [0.0] * n, [0.0] * count, parameter, FUNCTIONS, within=within)
+        start = only.at(rows, t, [0.0] * n, [0.0] * count, parameter, within=within)
         return alpha_system.columns(start, alpha_system.holding(self.tracer))
 
     @cached_property
@@ -184,7 +183,7 @@ def _newton(tracer: Tracer, equations: Equations) -> Kernel:
     a, _, mu, _ = step.unknown
     _, at, _, _ = step.ends
     linear = equations.at(
-        [*flat(at), *step.augmented], step.end, a, mu, lambda row: step.graph.input("parameters", row), FUNCTIONS,
+        [*flat(at), *step.augmented], step.end, a, mu, lambda row: step.graph.input("parameters", row),
         within=step.clock(layout.MIDDLE),
     )  # fmt: skip
     places, velocities = step.weights.dq[2], step.weights.dv[2]

@@ -16,7 +16,6 @@ from functools import partial
 from typing import Any
 
 from lienumba.compiler.emit import Kernel
-from lienumba.compiler.series import FUNCTIONS
 from lienumba.compiler.symbols import Graph
 from lienumba.integrators import layout
 from lienumba.integrators.codes import finite, verdict
@@ -111,7 +110,7 @@ class _Stages:
         t = self.clock(layout.TIME) + c * self.h
         a, mu = unknown[:n], unknown[n + laws :]
         parameter = partial(self.graph.input, "parameters")
-        return equations.at(state, t, a, mu, parameter, FUNCTIONS, within=self.clock(layout.MIDDLE))
+        return equations.at(state, t, a, mu, parameter, within=self.clock(layout.MIDDLE))
 
     def mask(self) -> list[Number]:
         return self.tracer.mask(self.tracer.augmented_rows(self.graph))

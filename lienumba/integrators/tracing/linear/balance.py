@@ -127,12 +127,8 @@ class Balance:
 
     def at(self, state: Array, a: Array, mu: Array, which: Array, equations: Equations) -> Linear:
         numbers = [_part(x, which, self.runs) for x in self.numbers]
-        given = [list(state), list(a.T), list(mu.T), numbers]
-        if len(which) == 1:  # the same operations on floats take a fraction of the time
-            given = [[x.item() if isinstance(x, np.ndarray) else x for x in own] for own in given]
-        rows, accelerations, multipliers, numbers = given
         with np.errstate(all="ignore"):
-            return equations.at(rows, 0.0, accelerations, multipliers, numbers.__getitem__)
+            return equations.of_runs(state, 0.0, a.T, mu.T, numbers, len(which))
 
     def rows_of(self, at: Linear, which: Array, held: Array | None = None) -> tuple[Rows, Array]:
         """C by the sizes of the coordinates, its rows of length 1; and how long they were (runs, m). held: 1 for each

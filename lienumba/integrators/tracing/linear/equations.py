@@ -22,34 +22,47 @@ from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
-from lienumba.compiler.derivatives import Tape, partials
+from lienumba.compiler.derivatives import partials
 from lienumba.compiler.series import FUNCTIONS
 from lienumba.compiler.symbols import Graph, Symbol
+from lienumba.compiler.tape import Tape
 from lienumba.compiler.terms import terms
 from lienumba.integrators import layout
 from lienumba.integrators.methods.taylor import ROTATION
 from lienumba.integrators.tracing.tracer import Posture, Tracer
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.mechanism.tables import RunNumbers
 from lienumba.mechanics.system import constraints
 from lienumba.numerics.jets import Dual, lift
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero
 
 STATE, CLOCK, UNKNOWN, INPUTS = "state", "clock", "unknown", "inputs"
+FEW = 24  # runs, of which floats take less time than arrays
+Row = Sequence[Any] | npt.NDArray[Any]
 Block = dict[tuple[int, int], Any]  # the entries that are not exactly zero
 
 
 @dataclass(frozen=True)
 class Linear:
-    """f at a state, and its derivatives: (row, column) of the entries that are not exactly zero.
+    """f at a state, and its derivatives: the numbers that the values of `equations` have, and behind them its entries;
+    symbols, or floats and arrays (runs,)."""
 
-    values: by the names of `Equations.outputs`."""
-
-    values: Mapping[str, list[Any]]
-    entries: Block
+    numbers: Row
     equations: "Equations"
+
+    @cached_property
+    def values(self) -> dict[str, list[Any]]:
+        """By the names of `Equations.outputs`."""
+        return {name: [self.numbers[n] for n in part] for name, part in self.equations.outputs.items()}
+
+    @property
+    def entries(self) -> Block:
+        """The derivatives: (row, column) of those that are not exactly zero."""
+        return dict(zip(self.equations.entries, self.numbers[len(self.equations.values) :], strict=True))
 
     @property
     def along(self) -> list[Any]:
@@ -68,21 +81,31 @@ class Linear:
 
     def block(self, of: str, by: str) -> Block:
         """The derivative of one of `Equations.outputs` by one of `Equations.columns`, numbered from 0."""
-        row, column = self.equations.outputs[of], self.equations.columns[by]
-        return {(i - row.start, j - column.start): x for (i, j), x in self.entries.items() if i in row and j in column}
+        return {(i, j): self.numbers[n] for i, j, n in zip(*self.equations.places[of, by], strict=True)}
+
+    @cached_property
+    def _table(self) -> np.ndarray:
+        """The numbers (numbers, runs), or (numbers, 1) where none is an array."""
+        if isinstance(self.numbers, np.ndarray):
+            return self.numbers
+        runs = max((x.size for x in self.numbers if isinstance(x, np.ndarray)), default=1)
+        found = np.empty((len(self.numbers), runs))
+        for row, x in zip(found, self.numbers, strict=True):
+            row[:] = x
+        return found
 
     def dense(self, of: str, by: str, runs: int) -> np.ndarray:
         """A block, where numbers are floats or arrays (runs,): (runs, rows, columns)."""
         whole = np.zeros((runs, len(self.equations.outputs[of]), len(self.equations.columns[by])))
-        for (i, j), x in self.block(of, by).items():
-            whole[:, i, j] = x
+        rows, columns, numbers = self.equations.places[of, by]
+        whole[:, rows, columns] = self._table[numbers].T
         return whole
 
     def vector(self, of: str, runs: int) -> np.ndarray:
         """Values (runs, rows)."""
-        whole = np.zeros((runs, len(self.values[of])))
-        for i, x in enumerate(self.values[of]):
-            whole[:, i] = x
+        part = self.equations.outputs[of]
+        whole = np.empty((runs, len(part)))
+        whole[:] = self._table[part.start : part.stop].T
         return whole
 
 
@@ -163,6 +186,19 @@ class Equations:
         )
 
     @cached_property
+    def places(self) -> dict[tuple[str, str], tuple[list[int], list[int], list[int]]]:
+        """The entries of each block: their rows and columns there, and their places in the numbers of a `Linear`."""
+        rows = {row: (name, n) for name, own in self.outputs.items() for n, row in enumerate(own)}
+        columns = {column: (name, n) for name, own in self.columns.items() for n, column in enumerate(own)}
+        found: dict[tuple[str, str], tuple[list[int], list[int], list[int]]]
+        found = {(of, by): ([], [], []) for of in self.outputs for by in self.columns}
+        for number, (row, column) in enumerate(self.entries, len(self.values)):
+            (of, i), (by, j) = rows[row], columns[column]
+            for numbers, n in zip(found[of, by], (i, j, number), strict=True):
+                numbers.append(n)
+        return found
+
+    @cached_property
     def _tape(self) -> Tape:
         return Tape.of([*self.values, *self.entries.values()])
 
@@ -194,10 +230,10 @@ class Equations:
 
     def at(
         self,
-        state: Sequence[Any],
+        state: Row,
         t: Any,
-        a: Sequence[Any],
-        mu: Sequence[Any],
+        a: Row,
+        mu: Row,
         parameter: Callable[[int], Any],
         functions: Mapping[str, Callable[..., Any]] = FUNCTIONS,
         inputs: Sequence[Any] = (),
@@ -219,10 +255,22 @@ class Equations:
         clock = {layout.TIME: t, layout.MIDDLE: t if within is None else within}
         given = {STATE: state.__getitem__, CLOCK: clock.__getitem__, UNKNOWN: [*a, *mu].__getitem__}
         given |= {"parameters": parameter, INPUTS: inputs.__getitem__}
-        found = self._tape.replayed(lambda array, row: given[array](row), functions)
-        values, slopes = found[: len(self.values)], found[len(self.values) :]
-        by_name = {name: [values[n] for n in part] for name, part in self.outputs.items()}
-        return Linear(by_name, dict(zip(self.entries, slopes, strict=True)), self)
+        return Linear(self._tape.replayed(lambda array, row: given[array](row), functions), self)
+
+    def of_runs(self, state: Row, t: float, a: Row, mu: Row, numbers: Sequence[Any], runs: int) -> Linear:
+        """`at` on arrays (runs,) and floats; numbers: of the model. Of few runs one by one on floats, to the same bits:
+        an operation on short arrays takes as long as on some thirty floats."""
+        if not 0 < runs <= FEW or any(isinstance(x, RunNumbers) for x in numbers):
+            return self.at(state, t, a, mu, numbers.__getitem__)
+        given = zip(*(_by_run(own, runs) for own in (state, a, mu, numbers)), strict=True)
+        each = [self.at(rows, t, a, mu, own.__getitem__).numbers for rows, a, mu, own in given]
+        return Linear(np.array(each, float).T, self)
+
+
+def _by_run(numbers: Row, runs: int) -> list[tuple[Any, ...]]:
+    """Of each run its own floats."""
+    each = [x.ravel().tolist() * (runs // x.size) if isinstance(x, np.ndarray) else [x] * runs for x in numbers]
+    return [tuple(own[run] for own in each) for run in range(runs)]
 
 
 def _directions(tracer: Tracer, graph: Graph) -> tuple[list[dict[Symbol, Number]], list[dict[Symbol, Number]]]:

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.compiler.derivatives import replayed
-from lienumba.compiler.series import FUNCTIONS
 from lienumba.compiler.symbols import FUSED, Graph, Symbol, live
+from lienumba.compiler.tape import replayed
 
 Array = npt.NDArray[Any]
 ANALYTIC = {"input", "+", "-", "*", "neg", "sin", "cos", *FUSED}
@@ -32,7 +31,7 @@ def analytic(values: Sequence[Any], known: Callable[[str, int], float | None], f
         number = known(array, row)
         return graph.input(array, row) if number is None else number
 
-    return np.array([_is_analytic(x, free) for x in replayed(values, given, FUNCTIONS)], bool)
+    return np.array([_is_analytic(x, free) for x in replayed(values, given)], bool)
 
 
 def _is_analytic(x: Any, free: set[tuple[str, int]]) -> bool:

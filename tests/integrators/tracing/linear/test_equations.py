@@ -10,9 +10,10 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from lienumba.compiler.derivatives import partials, replayed
+from lienumba.compiler.derivatives import partials
 from lienumba.compiler.series import FUNCTIONS
 from lienumba.compiler.symbols import Graph
+from lienumba.compiler.tape import replayed
 from lienumba.integrators.methods.charts import JOINT
 from lienumba.integrators.tracing.joint.tracer import JointTracer
 from lienumba.integrators.tracing.linear.equations import Equations
