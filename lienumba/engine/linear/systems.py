@@ -2,8 +2,6 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
-from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -16,6 +14,7 @@ from lienumba.engine.linear.states import States
 from lienumba.groups import so3
 from lienumba.integrators.tracing.linear.equations import Equations, Linear
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
+from lienumba.integrators.tracing.linear.recorded import recorded
 from lienumba.integrators.tracing.linear.rounding import Moves, scale
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.mechanics.mechanism.moves import Free
@@ -23,7 +22,6 @@ from lienumba.mechanics.system.constraints import constraints_of
 
 Array = npt.NDArray[Any]
 AT_ONCE = 2048  # runs, so that what is computed for them stays in the cache
-_lock = Lock()
 BY = ("q", "v", "laws", "inputs")
 
 
@@ -54,17 +52,16 @@ class Recorded:
 
     @staticmethod
     def of(tracer: FreedomTracer, looked: Looked) -> "Recorded":
-        return Recorded(tracer, Equations.of(tracer, looked))
+        return Recorded(tracer, recorded(tracer, looked))
 
     def of_forces(self, states: States, turning: Sequence[float]) -> dict[str, Array]:
         """How large what forces change by with places and rates is a sum of (see `Moves.rounded`), along the axes
         looked at; for any number of threads."""
-        with _lock:
-            equations, axes = self._pushes.terms, self._turning
+        equations = self.equations.only(("q", "v", "a"), ("along",)).terms
         with np.errstate(all="ignore"):
             a, mu = self.solved(states)
             found, runs = self._at(equations, states, a, mu), len(states.labels)
-            T = np.abs(self._axes(self._at(axes, states, a, mu), states, turning)[0])
+            T = np.abs(self._axes(self._at(self.equations.only((), ("axes",)), states, a, mu), states, turning)[0])
             return {by: product(T, product(found.dense("along", by, runs), turned(T))) for by in ("q", "v")}
 
     def systems(self, states: States, turning: Sequence[float] = (0.0, 0.0, 0.0)) -> Iterator[Systems]:
@@ -90,31 +87,13 @@ class Recorded:
         """The quantities that are looked at (runs, ...), where nothing accelerates."""
         n, m = len(self.equations.columns["a"]), len(self.equations.columns["mu"])
         with np.errstate(all="ignore"):
-            values = self._at(replace(self.equations, entries={}), states, [0.0] * n, [0.0] * m)
+            values = self._at(self.equations.only((), ("seen",)), states, [0.0] * n, [0.0] * m)
         return values.vector("seen", len(states.labels))
-
-    @cached_property
-    def _solvable(self) -> Equations:
-        """What says the accelerations and multipliers."""
-        return self.equations.only(("a", "mu"))
-
-    @cached_property
-    def _forces(self) -> Equations:
-        return self.equations.only((), ("along",))
-
-    @cached_property
-    def _pushes(self) -> Equations:
-        """Forces, with their stiffness, damping and masses."""
-        return self.equations.only(("q", "v", "a"), ("along",))
-
-    @cached_property
-    def _turning(self) -> Equations:
-        return self.equations.only((), ("axes",))
 
     def solved(self, states: States) -> tuple[list[Array], list[Array]]:
         """The accelerations and multipliers of all runs, each number (runs,); of redundant rows the least ones."""
         n, m, runs = len(self.equations.columns["a"]), len(self.equations.columns["mu"]), len(states.labels)
-        still = self._at(self._solvable, states, [0.0] * n, [0.0] * m)
+        still = self._at(self.equations.only(("a", "mu")), states, [0.0] * n, [0.0] * m)
         M, constraints = -still.dense("along", "a", runs), Constraints.of(-still.dense("rows", "a", runs))
         rank, force = constraints.rows.rank, still.vector("along", runs)[:, :, None]
         if not m:
@@ -157,7 +136,8 @@ class Recorded:
     def _scale(self, found: Linear, states: States, a: Sequence[Any], mu: Sequence[Any]) -> Array:
         """See `rounding.scale`."""
         runs, moving = len(states.labels), self.tracer.velocity_rows(self.tracer.graph()[1])
-        force = self._at(self._forces.terms, states, a, mu).vector("along", runs)
+        terms = self.equations.only((), ("along",)).terms
+        force = self._at(terms, states, a, mu).vector("along", runs)
         rates = np.array([np.broadcast_to(states.rows[n], (runs,)) for n in moving]).reshape(-1, runs).T
         return scale(force, found, rates, np.ones((runs, len(a))))
 

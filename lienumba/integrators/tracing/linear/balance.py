@@ -6,7 +6,7 @@ and what drivers ask for beside that; both follow the places, and so do the deri
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from lienumba.compiler.dense.decompositions import Rows, product, unit_rows
 from lienumba.integrators.tracing.law_states import LawStates
 from lienumba.integrators.tracing.linear.equations import Equations, Held, Linear
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
+from lienumba.integrators.tracing.linear.recorded import recorded
 from lienumba.integrators.tracing.linear.standing import REDUNDANT, Standing
 from lienumba.integrators.tracing.linear.uniform_rotation import Carried, carried
 from lienumba.integrators.tracing.template import split
@@ -75,7 +76,7 @@ class Balance:
         self.tracer, self.model, self.runs = tracer, model, runs
         self.rotation = np.array([np.broadcast_to(np.asarray(x, float), (runs,)) for x in rotation])
         self.turns = (self.rotation != 0.0).any(axis=0)
-        self.equations = Equations.of(tracer, _Held(laws=tracer.law_states))
+        self.equations = recorded(tracer, _Held(laws=tracer.law_states))
         self.forces = self.equations.only((), ("along", "laws"))
         self.gaps = self.equations.only((), ("gaps",))
         self.masses = self.equations.only(("a",), ("along", "rows"))
@@ -193,12 +194,12 @@ class Balance:
         a = np.zeros((len(which), self.n)) if motion is None else motion.a
         return state, self.at(state, a, self.mu[which], which, equations), motion
 
-    @cached_property
+    @property
     def terms(self) -> Equations:
         """How large what forces and their derivatives are sums of is."""
         return self.equations.only(("q", "v", "a"), ("along",)).terms
 
-    @cached_property
+    @property
     def terms_of_forces(self) -> Equations:
         return self.equations.only((), ("along",)).terms
 

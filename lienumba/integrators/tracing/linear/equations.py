@@ -17,8 +17,9 @@ along the same velocities, so that M is symmetric; what a step of `JointChart.sl
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from threading import Lock
 from typing import Any, Protocol
 
 import numpy as np
@@ -26,7 +27,7 @@ import numpy.typing as npt
 
 from lienumba.compiler.derivatives import partials
 from lienumba.compiler.series import FUNCTIONS
-from lienumba.compiler.symbols import Graph, Symbol
+from lienumba.compiler.symbols import Graph, Symbol, uncollected
 from lienumba.compiler.tape import Tape
 from lienumba.compiler.terms import terms
 from lienumba.integrators import layout
@@ -44,6 +45,8 @@ STATE, CLOCK, UNKNOWN, INPUTS = "state", "clock", "unknown", "inputs"
 FEW = 24  # runs, of which floats take less time than arrays
 Row = Sequence[Any] | npt.NDArray[Any]
 Block = dict[tuple[int, int], Any]  # the entries that are not exactly zero
+
+_lock = Lock()  # of whoever records more in a graph
 
 
 @dataclass(frozen=True)
@@ -153,8 +156,10 @@ class Equations:
     columns: Mapping[str, range]
     used: tuple[int, ...]
     rotations: frozenset[int]
+    _parts: dict[Any, "Equations"] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @staticmethod
+    @uncollected()
     def of(tracer: Tracer, more: More | None = None) -> "Equations":
         """Of a mechanism; of the rows of C those of `tracer.structure`."""
         graph, model = tracer.graph(Graph(analytic=True))
@@ -206,7 +211,8 @@ class Equations:
     def terms(self) -> "Equations":
         """The same, of how large what each number is a sum of is."""
         rotations = {(STATE, row) for row in self.rotations}
-        found = terms([*self.values, *self.entries.values()], rotations)
+        with _lock, uncollected():
+            found = terms([*self.values, *self.entries.values()], rotations)
         values, slopes = found[: len(self.values)], found[len(self.values) :]
         return replace(self, values=values, entries=dict(zip(self.entries, slopes, strict=True)))
 
@@ -218,15 +224,18 @@ class Equations:
 
     def only(self, columns: Sequence[str], outputs: Sequence[str] | None = None) -> "Equations":
         """With these derivatives alone; outputs: with these values alone, by default with all."""
-        kept = self.outputs if outputs is None else outputs
-        rows = {row: n for n, row in enumerate(row for name in kept for row in self.outputs[name])}
-        wanted = {column for name in columns for column in self.columns[name]}
-        return replace(
-            self,
-            values=[self.values[row] for row in rows],
-            entries={(rows[i], j): x for (i, j), x in self.entries.items() if i in rows and j in wanted},
-            outputs=_ranges(**{name: len(self.outputs[name]) for name in kept}),
-        )
+        key = tuple(columns), None if outputs is None else tuple(outputs)
+        if key not in self._parts:
+            kept = self.outputs if outputs is None else outputs
+            rows = {row: n for n, row in enumerate(row for name in kept for row in self.outputs[name])}
+            wanted = {column for name in columns for column in self.columns[name]}
+            self._parts[key] = replace(
+                self,
+                values=[self.values[row] for row in rows],
+                entries={(rows[i], j): x for (i, j), x in self.entries.items() if i in rows and j in wanted},
+                outputs=_ranges(**{name: len(self.outputs[name]) for name in kept}),
+            )
+        return self._parts[key]
 
     def at(
         self,
