@@ -351,6 +351,16 @@ def test_runs_may_finish_in_any_order() -> None:
     assert len(ends) == 1
 
 
+def test_the_last_run_may_decide() -> None:
+    rule = resolve(stopped(width=10.0, every=400)).data.sweep.stop
+    values, stopping = np.random.default_rng(5).normal(size=400), Stopping(rule, 400, False)
+    stopping.know(np.arange(399), lambda name, place: values[:399])
+    assert stopping.end is None
+    stopping.know(np.array([399]), lambda name, place: values[399:])
+    assert stopping.end == 400
+    assert stopping.kept(np.array([399, 400])).tolist() == [True, False]
+
+
 @pytest.mark.parametrize(
     ("rule", "message"),
     [
@@ -366,7 +376,7 @@ def test_runs_may_finish_in_any_order() -> None:
         ({"probability": 0.5}, "sweep.stop.probability = 0.5: has no meaning for a mean; leave it out"),
         ({"width": 0}, "sweep.stop.width = 0: must be above 0; give the width of the confidence interval, from end"),
         ({"confidence": 95}, "sweep.stop.confidence = 95: must be below 1; give that of the interval, between 0 and 1"),
-        ({"every": 1000}, "sweep.stop.every = 1000: is never reached by sweep.runs = 400; give fewer, or more runs"),
+        ({"every": 401}, "sweep.stop.every = 401: is never reached by sweep.runs = 400; give fewer, or more runs"),
         ({"colour": 1}, "sweep.stop.colour is not a known key"),
     ],
 )

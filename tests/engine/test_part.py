@@ -72,6 +72,21 @@ def test_parts_are_even_and_make_the_whole(of: int) -> None:
     assert {len(part) for part in parts} <= {40 // of, -(-40 // of)}
 
 
+@pytest.mark.parametrize("part", ["1/1", "1/5", "5/5"])
+def test_the_first_and_the_last_part_exist(part: str) -> None:
+    number, of = map(int, part.split("/"))
+    assert SweepPart.parse(part) == SweepPart.parse((number, of)) == SweepPart(number, of)
+    for wrong in (f"0/{of}", f"{of + 1}/{of}", "1/0"):
+        with pytest.raises(ScenarioError, match=f"part {wrong}: does not exist"):
+            SweepPart.parse(wrong)
+
+
+def test_as_many_parts_as_runs() -> None:
+    assert SweepPart(5, 5).share(range(5)) == range(4, 5)
+    with pytest.raises(ScenarioError, match="there are more parts than runs, of which there are 5"):
+        SweepPart(6, 6).share(range(5))
+
+
 def test_parts_become_the_whole(folder: Path, tmp_path: Path) -> None:
     result = merged(folder / "part[1-3].nc", "-o", tmp_path / "all.nc", "-q")
     assert (result.exit_code, result.output) == (0, "")

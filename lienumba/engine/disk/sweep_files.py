@@ -119,19 +119,17 @@ def sweep_files(output: Output, results: Results, resume: bool) -> Iterator[Swee
             check_same(finished.attributes, resolved, str(output.path))
             finished.check({table: results.dtype(table) for table in results.tables}, str(output.path))
         there = SweepFiles(resolved, output, shards, finished)
-        _check_room(there, resolved)
+        check_room(str(output.path), there.labels, resolved.data.sweep.runs)
         yield there
     finally:
         if finished is not None:
             finished.close()
 
 
-def _check_room(there: SweepFiles, resolved: Scenario) -> None:
-    """No run that is there may be lost."""
-    data = resolved.data
-    labels = there.labels
-    if len(labels) and labels[-1] >= data.sweep.runs:
+def check_room(path: str, labels: np.ndarray, runs: int) -> None:
+    """A ScenarioError if a sweep of so many `runs` has no place for one that the dataset has (labels, ascending)."""
+    if len(labels) and labels[-1] >= runs:
         raise ScenarioError(
-            f"{there.output.path}: has runs up to {labels[-1]} already, but sweep.runs = {data.sweep.runs}; give at "
-            f"least {labels[-1] + 1}, or start again with --overwrite"
+            f"{path}: has runs up to {labels[-1]} already, but sweep.runs = {runs}; give at least {labels[-1] + 1}, or "
+            "start again with --overwrite"
         )

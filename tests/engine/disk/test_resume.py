@@ -6,9 +6,11 @@ import warnings
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import lienumba
+from lienumba.engine.disk.sweep_files import check_room
 from lienumba.errors import ScenarioError
 from lienumba.store import shards
 from tests.rigs.disturbed import FULL, SUMMARY, assert_same_data, sweep
@@ -143,6 +145,14 @@ def test_another_sweep_is_refused(finished: bool, tmp_path: Path, monkeypatch: p
         lienumba.run(data, output=target, resume=True)
 
 
+def test_a_sweep_keeps_the_runs_that_it_has() -> None:
+    labels = np.array([-1, 3, 9])
+    check_room("out.nc", labels, 10)
+    check_room("out.nc", labels[:0], 1)
+    with pytest.raises(ScenarioError, match=r"has runs up to 9 already, but sweep.runs = 9; give at least 10, "):
+        check_room("out.nc", labels, 9)
+
+
 def test_a_latin_hypercube_gets_no_more_runs(tmp_path: Path) -> None:
     target = tmp_path / "out.nc"
     lienumba.run(sweep(20, sampler="latin_hypercube"), output=target).close()
@@ -273,8 +283,6 @@ def test_runs_that_were_finished_keep_their_samples(tmp_path: Path, monkeypatch:
 
 def test_too_little_memory_is_told_and_nothing_is_lost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In the middle, as NumPy says it."""
-    import numpy as np
-
     from lienumba.batch import execute
 
     data, target, calls = sweep(), tmp_path / "out.nc", [0]

@@ -35,6 +35,15 @@ def test_labels_must_be_runs_of_the_sweep() -> None:
             check_labels(labels, 10)
 
 
+def test_the_last_run_of_a_range_is_one_of_the_sweep() -> None:
+    assert parse_labels("18:20", 20) == [18, 19]
+    with pytest.raises(ScenarioError, match="run 20 does not exist"):
+        parse_labels("18:21", 20)
+    assert labels_of([9, -1], range(10)) == [9, -1]
+    with pytest.raises(ScenarioError, match="run 10 does not exist"):
+        labels_of([10], range(10))
+
+
 def test_a_huge_range_is_refused_before_it_is_built() -> None:
     with pytest.raises(ScenarioError, match=r"run 999999999999 does not exist"):
         parse_labels("0:1000000000000", 20)
