@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import lienumba
-from lienumba.compiler import cache
+from lienumba.compiler import cache, flat, native
 
 PACKAGE = Path(lienumba.__file__).parent
 
@@ -80,11 +80,17 @@ def test_the_second_process_compiles_nothing(folder):
     assert path.parent == folder
 
 
-def test_another_cpu_is_another_entry(folder):
-    assert compiled(folder)[0] == 1
-    assert compiled(folder, NUMBA_CPU_NAME="generic")[0] == 1
-    assert compiled(folder, NUMBA_CPU_NAME="generic")[0] == 0
-    assert compiled(folder)[0] == 0
+def test_another_cpu_is_another_entry(here, monkeypatch):
+    """Of kernels and of drivers."""
+    emitted, cpus, drivers = [], [("skylake", "+avx2"), ("skylake", "-avx2"), ("generic", "")], set()
+    monkeypatch.setattr(native, "emit", lambda text, *cpu: emitted.append(cpu) or " ".join(cpu).encode())
+    monkeypatch.setattr(native, "cpu", native.cpu.__wrapped__)
+    for cpu in (*cpus, *cpus):
+        monkeypatch.setattr(native, "_wanted", lambda cpu=cpu: cpu)
+        assert native.compile_text("text") == " ".join(cpu).encode()
+        drivers.add(flat.key_of("driver"))
+    assert emitted == cpus
+    assert len(drivers) == 3
 
 
 def test_an_empty_or_relative_xdg_cache_home_is_none(monkeypatch):
