@@ -12,19 +12,10 @@ import pytest
 
 import lienumba
 from lienumba.mechanics.elements import quantities
-from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.system import constraints, dynamics, kkt
-from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, Observation
-from tests.rigs.scenarios import start_of
-from tests.rigs.units import Units, changing, moving
+from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
+from tests.rigs.units import OTHER, SEVERAL, SI, Units, changing, moving
 
-SI, OTHER = Units(), Units(m=2.0**7, kg=2.0**-3, s=2.0**5)
 NOISE = 1e-10  # in SI units; smaller numbers of the changing mechanism are roundoff
-# Units of each number of those variables whose attribute can only say "1".
-SEVERAL = {
-    "multiplier": ["N"] * 5 + ["N m"] * 3 + ["N"], "driver_effort": ["N"], "tau": ["N m"] * 3 + ["N"],
-    "q": ["rad"] * 3 + ["m"], "qd": ["rad s-1"] * 3 + ["m s-1"], "requirement_margin": ["N"], "change_impulse": None,
-}  # fmt: skip
 
 
 @cache
@@ -69,31 +60,3 @@ def test_the_mechanisms_show_every_output_variable_and_type_of_quantity() -> Non
     assert runs(moving)[0].data_vars.keys() >= OUTPUT_VARIABLES.keys()
     shown = {x["type"] for mechanism in (moving, changing) for x in mechanism(SI)["quantities"]}
     assert shown == quantities.QUANTITIES.keys()
-
-
-def at_the_start(u: Units) -> dict[str, tuple[list[str], np.ndarray]]:
-    """Units and numbers of what is computed of a state and its accelerations, by plain Python."""
-    model, states = start_of(moving(u))
-    now = Instant(tuple(map(tuple, states.tolist())))
-    solution = dynamics.accelerations(model, kkt.Structure.of(model), now)
-    efforts = [[-x for x in solution.mu[rows]] for rows in constraints.rows_of(model)[len(model.joints) :]]
-    observed = quantities.Observed(list(solution.x), *constraints.loads(model, now, solution.mu), efforts)
-    seen = Observation(model, now, lambda: (observed, solution.mu))
-    found = {
-        name: (SEVERAL.get(name, [x.units]), np.array(x.rows(seen)))
-        for name, x in OUTPUT_VARIABLES.items()
-        if x.rows is not None
-    }
-    own = {
-        quantities.joined(q.name, part.name): part.units
-        for q in model.quantities
-        for part in quantities.parts(model, q)
-    }
-    return found | {name: ([own[name]], np.array(x)) for name, x in quantities.observe(model, now, observed)}
-
-
-def test_what_is_computed_of_one_state_scales_by_its_unit() -> None:
-    here, there = at_the_start(SI), at_the_start(OTHER)
-    for name, (units, numbers) in here.items():
-        converted = there[name][1] / [OTHER.of(x) for x in units]
-        assert np.allclose(numbers, converted, rtol=1e-12, atol=1e-12), name

@@ -32,6 +32,10 @@ class Units:
         return prod(known[symbol] ** power for symbol, power in factors(symbols) or ())
 
 
+# The scales are powers of 2, so that rescaling rounds nothing.
+SI, OTHER = Units(), Units(m=2.0**7, kg=2.0**-3, s=2.0**5)
+
+
 def times(scale: float, values: Any) -> Any:
     """Numbers in lists of lists, scaled."""
     return [times(scale, x) for x in values] if isinstance(values, list) else scale * values
@@ -133,3 +137,10 @@ def changing(u: Units) -> dict[str, Any]:
         "integrator": _adaptive(u),
         "output": {"every": 0.05 * u.s},
     }
+
+
+# Units of each number of those variables whose attribute can only say "1".
+SEVERAL = {
+    "multiplier": ["N"] * 5 + ["N m"] * 3 + ["N"], "driver_effort": ["N"], "tau": ["N m"] * 3 + ["N"],
+    "q": ["rad"] * 3 + ["m"], "qd": ["rad s-1"] * 3 + ["m s-1"], "requirement_margin": ["N"], "change_impulse": None,
+}  # fmt: skip

@@ -1,9 +1,21 @@
 """What every output variable promises: one way in which it comes about, dimensions that the dataset has."""
 
+import numpy as np
 import pytest
 
-from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, OutputVariable, kept_at_end, kept_largest
+from lienumba.mechanics.elements import quantities
+from lienumba.mechanics.mechanism.kinematics import Instant
+from lienumba.mechanics.system import constraints, dynamics, kkt
+from lienumba.mechanics.system.output_variables import (
+    OUTPUT_VARIABLES,
+    Observation,
+    OutputVariable,
+    kept_at_end,
+    kept_largest,
+)
 from lienumba.store.layout import COORDINATES, RUN, SERIES, VARIABLES
+from tests.rigs.scenarios import start_of
+from tests.rigs.units import OTHER, SEVERAL, SI, Units, moving
 
 
 @pytest.mark.parametrize("variable", OUTPUT_VARIABLES.values(), ids=OUTPUT_VARIABLES)
@@ -26,3 +38,31 @@ def test_a_variable_of_a_run_is_known_as_long_as_its_output_variable() -> None:
     with OUTPUT_VARIABLES.temporarily(power):
         assert VARIABLES["max_power"].units == "W"
     assert "max_power" not in VARIABLES
+
+
+def at_the_start(u: Units) -> dict[str, tuple[list[str], np.ndarray]]:
+    """Units and numbers of what is computed of a state and its accelerations, by plain Python."""
+    model, states = start_of(moving(u))
+    now = Instant(tuple(map(tuple, states.tolist())))
+    solution = dynamics.accelerations(model, kkt.Structure.of(model), now)
+    efforts = [[-x for x in solution.mu[rows]] for rows in constraints.rows_of(model)[len(model.joints) :]]
+    observed = quantities.Observed(list(solution.x), *constraints.loads(model, now, solution.mu), efforts)
+    seen = Observation(model, now, lambda: (observed, solution.mu))
+    found = {
+        name: (SEVERAL.get(name, [x.units]), np.array(x.rows(seen)))
+        for name, x in OUTPUT_VARIABLES.items()
+        if x.rows is not None
+    }
+    own = {
+        quantities.joined(q.name, part.name): part.units
+        for q in model.quantities
+        for part in quantities.parts(model, q)
+    }
+    return found | {name: ([own[name]], np.array(x)) for name, x in quantities.observe(model, now, observed)}
+
+
+def test_what_is_computed_of_one_state_scales_by_its_unit() -> None:
+    here, there = at_the_start(SI), at_the_start(OTHER)
+    for name, (units, numbers) in here.items():
+        converted = there[name][1] / [OTHER.of(x) for x in units]
+        assert np.allclose(numbers, converted, rtol=1e-12, atol=1e-12), name
