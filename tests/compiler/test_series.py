@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.special import factorial
 
 from lienumba.compiler import native
 from lienumba.compiler.convolutions import SeriesKernel
@@ -86,6 +87,21 @@ def test_functions_of_a_series(name: str) -> None:
         rate = mpmath.taylor(lambda s, start=0.7 * scale: theirs(moved(start, s)), 0, ORDER - 1)
         expected = [0.0, *(float(c / (k + 1)) for k, c in enumerate(rate))]
         np.testing.assert_allclose(found[:, 1, lane], expected, rtol=2e-12, atol=1e-14, err_msg=name)
+
+
+def test_functions_of_the_time_have_their_taylor_series() -> None:
+    """In closed form: of z' = f(t) the coefficient of order k + 1 is that of f of order k over k + 1."""
+    t, k, powers = 0.8, np.arange(ORDER), (0.5, 1.7, -1.0)
+    found = coefficients(
+        lambda x, t, p: (sin(t), cos(t), exp(t), log(t), sqrt(t), power(t, 1.7), 1.0 / t), [0.0] * 7, t=t
+    )
+    circle = [np.imag(np.exp(1j * t) * 1j**k), np.real(np.exp(1j * t) * 1j**k)]
+    logarithm = [np.log(t), *((-1) ** (n + 1) / (n * t**n) for n in range(1, ORDER))]
+    expected = [x / factorial(k) for x in (*circle, np.full(ORDER, np.exp(t)))]
+    binomials = [np.cumprod([1.0, *(p - k[:-1]) / k[1:]]) for p in powers]
+    expected += [logarithm, *(c * t ** (p - k) for p, c in zip(powers, binomials, strict=True))]
+    for n, series in enumerate(expected):
+        np.testing.assert_allclose(found[1:, n, 0], series / (k + 1.0), rtol=1e-13, err_msg=str(n))
 
 
 def test_rounding_and_branches_stay_as_they_are_at_the_start() -> None:
