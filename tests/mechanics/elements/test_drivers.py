@@ -13,11 +13,13 @@ from lienumba.groups import so3
 from lienumba.keys.facts import Unit
 from lienumba.keys.types import Timed3
 from lienumba.mechanics.elements.drivers import DRIVERS, VELOCITY, BodyDriver, driver_form, type_of
-from lienumba.mechanics.mechanism.kinematics import View
+from lienumba.mechanics.mechanism.kinematics import Instant, View
 from lienumba.mechanics.mechanism.model import Driver, Model
+from lienumba.mechanics.system import dynamics, kkt
 from lienumba.numerics.number import Vector
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.schema.json_schema import json_schema
+from tests.rigs.scenarios import start_of
 
 
 def test_every_motion_is_of_one_form() -> None:
@@ -42,6 +44,29 @@ def test_every_motion_is_of_one_form() -> None:
 )
 def test_a_table_says_which_form_it_is(table: Any, form: str | None) -> None:
     assert driver_form(table) == form
+
+
+@pytest.mark.parametrize(
+    ("driver", "row"),
+    [
+        ({"joint": "hinge", "rate": "cos(2*t)/2 + 1"}, 5),
+        ({"joint": "hinge", "value": "sin(2*t)/4 + t"}, 5),
+        ({"body": "free", "motion": "point", "value": [0, 0, "sin(2*t)/4"]}, 8),
+        ({"body": "free", "motion": "angular_velocity", "value": [0, 0, "cos(2*t)/2"]}, 11),
+    ],
+    ids=["rate", "value", "point", "angular_velocity"],
+)
+def test_what_is_driven_accelerates_as_prescribed(driver: dict[str, Any], row: int) -> None:
+    """By - sin(2 t) along or about z, whatever the velocities are."""
+    axes = {"axes": [[0, 0, 1]] * 2, "references": [[1, 0, 0]] * 2, "angle": 0.0, "rate": 1.5}
+    hinge = {"name": "hinge", "type": "revolute", "bodies": ["ground", "arm"], "points": [[0, 0, 0], [1, 0, 0]], **axes}
+    body = {"mass": 2.0, "inertia": [1.0, 2.0, 2.5]}
+    free = {"name": "free", "position": [0, 0, 0], "rotation": [1, 0, 0, 0], **body}
+    moves = {"bodies": [{"name": "arm", **body}, free], "joints": [hinge], "drivers": [driver]}
+    model, states = start_of({"model": moves, "integrator": {"step": 0.01, "end_time": 1.0}})
+    now = Instant(tuple(map(tuple, states.tolist())), 0.35)
+    solution = dynamics.accelerations(model, kkt.Structure.of(model), now)
+    assert solution.x[row] == pytest.approx(-np.sin(0.7), rel=1e-12)
 
 
 class VelocityDriver(BodyDriver):
