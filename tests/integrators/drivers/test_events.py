@@ -57,6 +57,24 @@ def crossings(level: float, gravity: float = G) -> list[float]:
     return found.t_events[0].tolist()
 
 
+def test_an_event_is_where_its_condition_has_just_become_true() -> None:
+    """Not directly before: of a ball that falls, at 24 heights."""
+    ball = {"name": "ball", "mass": 1.0, "inertia": [0.1] * 3, "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
+    data = {
+        "parameters": {"height": -1.0},
+        "model": {"bodies": [ball]},
+        "quantities": [{"name": "at", "type": "point", "body": "ball"}],
+        "events": [{"name": "below", "when": "at.z < height"}],
+        "integrator": {"method": "bs32", "tolerance": 1e-3, "end_time": 0.6},
+        "output": {"at_events": ["at"], "mode": "summary", "every": 0.6},
+        "sweep": {"runs": 24, "vary": {"parameters.height": {"distribution": "uniform", "low": -1.5, "high": -0.1}}},
+    }
+    ds = run(data)
+    below = ds["parameters.height"] - ds["event_at"].isel(event=0).sel(axis="z")
+    assert (below > 0.0).all()
+    assert (below < 1e-13).all()
+
+
 @pytest.mark.parametrize(("method", "order"), [("rk4", 4), ("bs32", 3), ("tsit54", 5), ("dop853", 8)])
 def test_the_time_of_an_event_has_the_order_of_the_method(method, order):
     (truth, *_), errors = crossings(0.5), []
