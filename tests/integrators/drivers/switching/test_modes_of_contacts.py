@@ -126,6 +126,19 @@ def test_what_leaves_faster_does() -> None:
     np.testing.assert_allclose(after(rocked(1e-5)), [0.0, 1e-5], atol=1e-15)
 
 
+@pytest.mark.parametrize(("rest_speed", "speed"), [(0.0, 1.8), (1.79, 1.8), (1.81, 0.0)])
+def test_what_is_hit_comes_back_with_newtons_restitution(rest_speed: float, speed: float) -> None:
+    """A ball of 2 kg at 3 m/s, unless it would come back slower than the speed of rest."""
+    lane = Lane([[0.5]], [0])
+    lane.put(layout.border_numbers, [layout.RESTITUTION, layout.REST_SPEED], [0.6, rest_speed])
+    lane.put(layout.border_rates, 0, -3.0)
+    reactions.read(lane.r, *lane.place)
+    assert impacts.impulses(lane.r, *lane.place) == problem.SOLVED
+    np.testing.assert_allclose(lane.r.problem.x, 2.0 * (3.0 + speed), rtol=1e-14)
+    np.testing.assert_allclose(after(lane), speed, atol=1e-14)
+    assert impacts.energy_lost(lane.r, 0) == pytest.approx(3.0**2 - speed**2)
+
+
 def test_sliding_that_friction_leaves_no_acceleration_is_a_paradox() -> None:
     """S_nn - mu S_nt < 0 with a load: no normal force of at least 0 keeps the gap."""
     lane = Lane([[1.0, 0.8, 0.0], [0.8, 1.0, 0.0], [0.0, 0.0, 1.0]], [2])
