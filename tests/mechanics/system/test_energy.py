@@ -11,6 +11,7 @@ from lienumba.mechanics.system.projection import MASS, velocity_correction
 from lienumba.numerics.jets import Jet, lift
 from tests.oracles.reference import naive
 from tests.rigs.mechanisms import GRAVITY, TOPOLOGIES, arrays, model, rows, state
+from tests.rigs.scenarios import start_of
 
 MOVABLE = ["top", "chain", "star on the ground", "hexapod", "ladder", "two rings", "rod between", "free body"]
 
@@ -62,21 +63,41 @@ def compatible(m, x):
 
 @pytest.mark.parametrize("name", MOVABLE)
 def test_the_motion_of_ideal_joints_conserves_energy(name):
-    """The rate of energy along the computed accelerations, by jets; velocities as the joints allow them."""
+    """The rate of energy along the computed accelerations; velocities as the joints allow them."""
     k, ends = TOPOLOGIES[name]
     m = model(k, ends, 5)
     x = compatible(m, state(k, 5))
     assert np.abs(constraints.rate_and_bias(m, Instant(x))[0] or [0.0]).max() < 1e-10
-    a = dynamics.accelerations(m, kkt.Structure.of(m), Instant(x)).x
+    kinetic, potential = energy_rates(m, x, dynamics.accelerations(m, kkt.Structure.of(m), Instant(x)).x)
+    assert abs(kinetic + potential) < 1e-9 * (1.0 + abs(kinetic))
+    assert abs(kinetic) > 1e-3  # weight does work: there is something to balance
+
+
+@pytest.mark.parametrize("motion", [{"value": "0.3 + 2*t + t*t"}, {"rate": "2 + 2*t"}], ids=["value", "rate"])
+def test_the_power_of_a_driver_is_the_rate_of_energy(motion):
+    hinge = {
+        "name": "hinge", "type": "revolute", "bodies": ["ground", "arm"], "points": [[0, 0, 0], [-0.5, 0, 0.1]],
+        "axes": [[0, 1, 0.2]] * 2, "references": [[1, 0, 0]] * 2, **({} if "value" in motion else {"angle": 0.3}),
+    }  # fmt: skip
+    arm = {"name": "arm", "mass": 1.5, "inertia": [0.1, 0.2, 0.15, 0.01, 0.02, -0.01]}
+    moves = {"bodies": [arm], "joints": [hinge], "drivers": [{"joint": "hinge", **motion}]}
+    m, states = start_of({"model": moves, "integrator": {"step": 0.01, "end_time": 1.0}})
+    x = tuple(map(tuple, states.tolist()))
+    solution = dynamics.accelerations(m, kkt.Structure.of(m), Instant(x))
+    rate = sum(energy_rates(m, x, solution.x))
+    assert dynamics.power(m, Instant(x), solution.mu) == pytest.approx(rate, rel=1e-12)
+    assert abs(rate) > 1.0
+
+
+def energy_rates(m, x, a):
+    """Of the kinetic and the potential energy along accelerations, by jets."""
     moving = tuple(
         tuple(Jet(p, v) for p, v in zip(body[:3], body[12:15], strict=True))
         + body[3:12]
         + tuple(Jet(v, dv) for v, dv in zip(body[12:], a[6 * i : 6 * i + 6], strict=True))
         for i, body in enumerate(x)
     )
-    kinetic, potential = (lift(energy) for energy in dynamics.energies(m, Instant(moving)))
-    assert abs(kinetic.b + potential.b) < 1e-9 * (1.0 + abs(kinetic.b))
-    assert abs(kinetic.b) > 1e-3  # weight does work: there is something to balance
+    return [lift(energy).b for energy in dynamics.energies(m, Instant(moving))]
 
 
 def test_without_joints_angular_momentum_stays():
