@@ -5,9 +5,11 @@ from typing import Any
 import numpy as np
 
 from tests.oracles.changing.panels import Chain
+from tests.rigs import parts
+from tests.rigs.parts import AT_REST, table
 
 G = 9.81
-AT_REST = {"velocity": [0, 0, 0], "angular_velocity": [0, 0, 0]}
+__all__ = ["AT_REST", "G", "ball", "block", "eight", "kinds", "panels", "scenario", "settings", "table"]
 
 
 def settings(end: float, tolerance: float = 1e-12, **integrator: Any) -> dict[str, Any]:
@@ -15,15 +17,22 @@ def settings(end: float, tolerance: float = 1e-12, **integrator: Any) -> dict[st
     return {"method": "dop853", "tolerance": tolerance, "end_time": end} | integrator
 
 
+def scenario(title: str, model: dict[str, Any], end: float, tolerance: float = 1e-12, **integrator: Any) -> Any:
+    """A mechanism with these settings, stored at the start and the end."""
+    return {
+        "title": title, "model": model, "integrator": settings(end, tolerance, **integrator),
+        "output": {"times": [0, end]},
+    }  # fmt: skip
+
+
 def ball(radius: float, J: float, end: float, **contact: Any) -> dict[str, Any]:
     """A ball of 1 kg on a plane; everything about it is for a sweep to vary."""
-    body = {"name": "ball", "mass": 1, "inertia": [J] * 3, "position": [0, 0, radius], "rotation": [1, 0, 0, 0]}
+    body = parts.resting("ball", 1, J, [0, 0, radius])
     floor = {
         "name": "floor", "type": "sphere_plane", "bodies": ["ball", "ground"], "radius": radius,
         "restitution": 0.5, "friction": 0.3, "rest_speed": 0.05,
     }  # fmt: skip
-    model = {"gravity": [0, 0, -G], "bodies": [body | AT_REST], "contacts": [floor | contact]}
-    return {"title": "A ball", "model": model, "integrator": settings(end), "output": {"times": [0, end]}}
+    return scenario("A ball", {"gravity": [0, 0, -G], "bodies": [body], "contacts": [floor | contact]}, end)
 
 
 def kinds(ds: Any, kind: str) -> Any:
@@ -32,28 +41,19 @@ def kinds(ds: Any, kind: str) -> Any:
     return ds.change_kind.values == ds.change_kind.flag_values[names.index(kind)]
 
 
-def table(columns: dict[str, Any]) -> dict[str, Any]:
-    """A sweep over these numbers."""
-    return {"sampler": "table", "table": {"columns": columns}}
-
-
 def panels(chain: Chain, q: np.ndarray, latch: np.ndarray, let_go: list[float], end: float) -> dict[str, Any]:
     """The oracle's chain: z axes, hinge i held until let_go[i], latched where its angle reaches latch[i]."""
     free = bool(chain.base)
     bodies, joints, forces, quantities, events = [], [], [], [], []
     if free:
-        hub = {"name": "hub", "mass": chain.hub[0], "inertia": [chain.hub[1]] * 3, "position": [0, 0, 0]}
-        bodies.append(hub | {"rotation": [1, 0, 0, 0]} | AT_REST)
+        bodies.append(parts.resting("hub", chain.hub[0], chain.hub[1]))
         quantities.append({"name": "momentum", "type": "momentum"})
     before, end_point = ("hub", chain.hub[2]) if free else ("ground", 0.0)
     for i, (m, length, J) in enumerate(zip(chain.m, chain.l, chain.J, strict=True)):
-        bodies.append({"name": f"panel_{i}", "mass": m, "inertia": [J, J, J]})
-        joints.append({
-            "name": f"hinge_{i}", "type": "revolute", "bodies": [before, f"panel_{i}"],
-            "points": [[end_point, 0, 0], [-0.5 * length, 0, 0]], "axes": [[0, 0, 1]] * 2,
-            "references": [[1, 0, 0]] * 2,
-            "angle": q[chain.base + i], "rate": 0,
-        })  # fmt: skip
+        bodies.append(parts.body(f"panel_{i}", m, J))
+        start = {"angle": q[chain.base + i], "rate": 0}
+        turns = parts.frames(parts.Z, [end_point, 0, 0], [-0.5 * length, 0, 0]) | start
+        joints.append(parts.joint(f"hinge_{i}", "revolute", f"panel_{i}", before, **turns))
         before, end_point = f"panel_{i}", 0.5 * length
         forces.append({
             "name": f"spring_{i}", "type": "torsion_spring", "joint": f"hinge_{i}", "stiffness": chain.stiffness[i],
@@ -90,20 +90,10 @@ def eight(seed: int = 1) -> tuple[Chain, np.ndarray, np.ndarray, list[float], fl
 
 def block(end: float, **force: Any) -> dict[str, Any]:
     """A block of 1 kg on a slide along x with dry friction that sticks, on a spring."""
-    friction = {"name": "dry", "type": "friction", "joint": "slide", "static": 4.0, "coulomb": 3.0}
-    return {
-        "title": "A block",
-        "model": {
-            "gravity": [0, 0, -G],
-            "bodies": [{"name": "block", "mass": 1, "inertia": [0.1] * 3}],
-            "joints": [
-                {
-                    "name": "slide", "type": "prismatic", "bodies": ["ground", "block"], "points": [[0, 0, 0]] * 2,
-                    "axes": [[1, 0, 0]] * 2, "references": [[0, 1, 0]] * 2, "displacement": 0, "speed": 0,
-                }
-            ],
-            "forces": [friction | force],
-        },
-        "integrator": settings(end),
-        "output": {"times": [0, end]},
-    }  # fmt: skip
+    model = {
+        "gravity": [0, 0, -G],
+        "bodies": [parts.body("block")],
+        "joints": [parts.slide("slide", "block", displacement=0, speed=0)],
+        "forces": [parts.dry("slide", 3.0, 4.0) | force],
+    }
+    return scenario("A block", model, end)

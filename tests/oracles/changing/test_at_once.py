@@ -9,29 +9,22 @@ import pytest
 import lienumba
 from lienumba.batch import statuses
 from tests.oracles.changing import scenarios
+from tests.rigs import parts
 
 G, MASS, PULL = 9.81, 20.0, 250.0
 
 
 def slide(end: float, events: list[Any], **more: Any) -> dict[str, Any]:
     """A gate on a vertical slide that falls on its sill from one metre, and a winch."""
-    rail = {"name": "rail", "type": "prismatic", "bodies": ["ground", "gate"], "points": [[0, 0, 0]] * 2}
-    rail |= {"axes": [[0, 0, 1]] * 2, "references": [[1, 0, 0]] * 2, "displacement": 1.0, "speed": 0}
-    return {
-        "title": "A gate",
-        "parameters": {"pull": 0.0},
-        "model": {
-            "gravity": [0, 0, -G],
-            "bodies": [{"name": "gate", "mass": MASS, "inertia": [1.0] * 3}],
-            "joints": [rail],
-            "forces": [{"name": "winch", "type": "actuator", "joint": "rail", "value": "pull"}],
-            "limits": [{"name": "sill", "joint": "rail", "low": 0.0}],
-        },
-        "quantities": [{"name": "rail", "type": "joint", "joint": "rail"}],
-        "events": events,
-        "integrator": scenarios.settings(end, coordinates="joint"),
-        "output": {"times": [0, end]},
-    } | more
+    model = {
+        "gravity": [0, 0, -G],
+        "bodies": [parts.body("gate", MASS, 1.0)],
+        "joints": [parts.slide("rail", "gate", parts.Z, displacement=1.0, speed=0)],
+        "forces": [{"name": "winch", "type": "actuator", "joint": "rail", "value": "pull"}],
+        "limits": [{"name": "sill", "joint": "rail", "low": 0.0}],
+    }
+    seen = {"quantities": parts.observed("joint", "rail"), "events": events, "parameters": {"pull": 0.0}}
+    return scenarios.scenario("A gate", model, end, coordinates="joint") | seen | more
 
 
 def event(name: str, when: str, action: str, **more: Any) -> dict[str, Any]:
@@ -62,10 +55,8 @@ def test_stored_states_at_a_change_are_those_before_it_and_the_last_one_that_beh
 @pytest.mark.parametrize("method", ["dop853", "radau5"])
 def test_that_is_so_where_times_are_equal_up_to_rounding(method: str) -> None:
     """Walls are hit at the times that are stored, as a search finds them, on either side."""
-    body = {"name": "body", "mass": 1, "inertia": [1] * 3, "position": [0] * 3, "rotation": [1, 0, 0, 0]}
-    body |= scenarios.AT_REST | {"velocity": [1, 0, 0]}
-    wall = {"name": "wall", "type": "point_plane", "bodies": ["body", "ground"], "points": [[0] * 3, [1, 0, 0]]}
-    wall |= {"normal": [-1, 0, 0], "restitution": 0.5}
+    body = parts.resting("body", 1, 1, velocity=[1, 0, 0])
+    wall = parts.foot("wall", "body", on=[1, 0, 0], normal=[-1, 0, 0], restitution=0.5)
     times = np.arange(61) * (1 / 60)
     ds = lienumba.run({
         "model": {"gravity": [0] * 3, "bodies": [body], "contacts": [wall]},
@@ -81,11 +72,11 @@ def test_that_is_so_where_times_are_equal_up_to_rounding(method: str) -> None:
 @pytest.mark.parametrize("method", ["dop853", "radau5"])
 def test_a_run_that_ends_where_it_is_stored_has_that_state(method: str) -> None:
     """Also where its end is found before that time by rounding."""
-    body = {"name": "body", "mass": 1, "inertia": [1] * 3, "position": [0] * 3, "rotation": [1, 0, 0, 0]}
+    body = parts.resting("body", 1, 1, velocity=[1, 0, 0])
     times = np.arange(61) * (1 / 60)
     ds = lienumba.run({
         "parameters": {"far": 0.5},
-        "model": {"gravity": [0] * 3, "bodies": [body | scenarios.AT_REST | {"velocity": [1, 0, 0]}]},
+        "model": {"gravity": [0] * 3, "bodies": [body]},
         "quantities": [{"name": "centre", "type": "point", "body": "body"}],
         "events": [{"name": "there", "when": "centre.x > far", "action": "stop"}],
         "integrator": scenarios.settings(1.0, 1e-9, method=method), "output": {"times": times.tolist()},
@@ -146,10 +137,8 @@ def test_an_event_where_a_stop_is_hit_comes_with_it(action: str, settings: dict[
 @pytest.mark.parametrize("action", ["stop", "record"])
 def test_so_it_does_far_away_and_slowly(action: str) -> None:
     """Where rounding of positions, over a small speed, is more than that of times."""
-    body = {"name": "body", "mass": 1, "inertia": [1] * 3, "position": [11, 0, 0], "rotation": [1, 0, 0, 0]}
-    body |= scenarios.AT_REST | {"velocity": [-1e-3, 0, 0]}
-    wall = {"name": "wall", "type": "sphere_plane", "bodies": ["body", "ground"], "points": [[0] * 3, [10, 0, 0]]}
-    wall |= {"normal": [1, 0, 0], "radius": 0.1, "restitution": 0.5}
+    body = parts.resting("body", 1, 1, [11, 0, 0], velocity=[-1e-3, 0, 0])
+    wall = parts.sphere("wall", "body", 0.1, on=[10, 0, 0], normal=[1, 0, 0], restitution=0.5)
     starts = 10.1 + np.random.default_rng(5).uniform(0.01, 0.5, 64)
     ds = lienumba.run({
         "model": {"gravity": [0] * 3, "bodies": [body], "contacts": [wall]},
@@ -169,10 +158,9 @@ def test_what_a_latch_does_not_hold_comes_back(settings: dict[str, Any]) -> None
     data |= {"integrator": settings | {"end_time": 0.5, "coordinates": "joint"}}
     data["model"]["limits"][0]["restitution"] = 0.3
     heights = np.random.default_rng(6).uniform(0.6, 1.2, 16)
-    ball = {"name": "ball", "mass": 2, "inertia": [1] * 3, "rotation": [1, 0, 0, 0], **scenarios.AT_REST}
-    floor = {"name": "floor", "type": "sphere_plane", "bodies": ["ball", "ground"], "points": [[0] * 3, [5, 0, 0]]}
-    floor |= {"normal": [0, 0, 1], "radius": 0.1, "restitution": 0.6}
-    data["model"]["bodies"].append(ball | {"position": [5, 0, "drop + 0.1"]})
+    ball = parts.resting("ball", 2, 1, [5, 0, "drop + 0.1"])
+    floor = parts.sphere("floor", "ball", 0.1, on=[5, 0, 0], normal=[0, 0, 1], restitution=0.6)
+    data["model"]["bodies"].append(ball)
     data["model"]["contacts"] = [floor]
     data["parameters"]["drop"] = 1.0
     vary = {"joints.rail.displacement": heights.tolist(), "parameters.drop": heights.tolist()}

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import lienumba
+from tests.rigs import parts
 
 STEPS: list[dict[str, Any]] = [
     {"tolerance": 1e-9}, {"tolerance": 1e-9, "coordinates": "joint"}, {"method": "rk4", "step": 1e-3},
@@ -15,10 +16,9 @@ STEPS: list[dict[str, Any]] = [
 @pytest.mark.parametrize("steps", STEPS, ids=str)
 def test_what_touches_at_once_is_no_event_of_what_does_not(steps: dict[str, Any]) -> None:
     """A ball on a floor, drawn up by 20 t N, leaves it at m g / 20 and not at 0; what is true at 0 happens once."""
-    ball = {"name": "b", "mass": 1, "inertia": [0.1] * 3, "position": [0, 0, 0.1]}
-    floor = {"name": "c", "type": "sphere_plane", "bodies": ["b", "ground"], "points": [[0, 0, 0]] * 2, "radius": 0.1}
+    floor = parts.sphere("c", "b", 0.1, normal=[0, 0, 1], friction=0.3)
     model = {
-        "gravity": [0, 0, -9.81], "bodies": [ball], "contacts": [floor | {"normal": [0, 0, 1], "friction": 0.3}],
+        "gravity": [0, 0, -9.81], "bodies": [parts.body(position=[0, 0, 0.1])], "contacts": [floor],
         "forces": [{"type": "force", "body": "b", "value": [0, 0, "20*t"]}],
     }  # fmt: skip
     events = [{"name": "off", "when": "k.on < 0.5"}, {"name": "on", "when": "k.on > 0.5"}]
@@ -44,23 +44,17 @@ def test_pins_that_say_the_same_and_carry_nothing_at_first(steps: dict[str, Any]
     def at(a: float, b: float) -> list[float]:
         return (a * np.array(x) + b * np.array(y)).tolist()
 
-    plate = {"name": "b", "mass": 2, "inertia": [0.3, 0.4, 0.5], "position": at(1, 0)}
+    plate = parts.body("b", 2, [0.3, 0.4, 0.5], position=at(1, 0))
     rods = [
-        {
-            "name": f"p{n}",
-            "type": "distance",
-            "bodies": ["ground", "b"],
-            "points": [at(1 + s, -1), at(s, 0)],
-            "length": 1,
-        }
+        parts.joint(f"p{n}", "distance", "b", points=[at(1 + s, -1), at(s, 0)], length=1)
         for n, s in enumerate((0.0, 0.5))
     ]
-    hinge = {"name": "h", "type": "revolute", "bodies": ["ground", "b"], "at": [0, 0, 0], "axis": z}
+    hinge = parts.hinge("h", "b", axis=z)
     load = {"name": "F", "type": "force", "body": "b", "frame": "body", "point": at(0.5, 0)}
     load["value"] = [f"{60 * c}*t" for c in y]
     scenario = {
         "model": {"gravity": [0, 0, 0], "bodies": [plate], "joints": [hinge, *rods], "forces": [load]},
-        "quantities": [{"name": "h", "type": "joint", "joint": "h"}],
+        "quantities": parts.observed("joint", "h"),
         "events": [{"name": f"lost{n}", "when": f"t > {1 + n}", "action": "release", "joint": f"p{n}"} for n in (0, 1)],
         "integrator": steps | {"end_time": 3.0}, "output": {"times": [2.0, 3.0]},
     }  # fmt: skip

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import lienumba
+from tests.rigs import parts
 
 STEPS: list[dict[str, Any]] = [
     {"tolerance": 1e-9}, {"tolerance": 1e-9, "coordinates": "joint"}, {"tolerance": 1e-9, "method": "taylor"},
@@ -16,15 +17,13 @@ R, M = 0.1, 0.2
 
 def table(gap: float, turn: dict[str, Any] | None = None) -> dict[str, Any]:
     """Two balls on a floor, the second at rest, the first sliding towards it; turn: of the second one's own axes."""
-    ball = {"mass": M, "inertia": [0.4 * M * R * R] * 3}
-    first = ball | {"name": "a", "position": [0, 0, R], "velocity": [0.5, 0, 0]}
-    second = ball | {"name": "b", "position": [2 * R + gap, 0, R]} | ({"rotation": turn} if turn else {})
-    rest = {"type": "sphere_plane", "points": [[0, 0, 0]] * 2, "radius": R, "normal": [0, 0, 1], "friction": 0.2}
-    floors = [rest | {"name": f"floor_{n}", "bodies": [n, "ground"]} for n in "ab"]
-    click = {"name": "click", "type": "sphere_sphere", "bodies": ["a", "b"], "points": [[0, 0, 0]] * 2, "radii": [R, R]}
-    contacts = [*floors, click | {"friction": 0.3, "restitution": 0.9}]
+    spin = 0.4 * M * R * R
+    first = parts.body("a", M, spin, position=[0, 0, R], velocity=[0.5, 0, 0])
+    second = parts.body("b", M, spin, position=[2 * R + gap, 0, R]) | ({"rotation": turn} if turn else {})
+    floors = [parts.sphere(f"floor_{n}", n, R, normal=[0, 0, 1], friction=0.2) for n in "ab"]
+    click = parts.foot("click", "a", to="b", type="sphere_sphere", radii=[R, R], friction=0.3, restitution=0.9)
     return {
-        "model": {"gravity": [0, 0, -9.81], "bodies": [first, second], "contacts": contacts},
+        "model": {"gravity": [0, 0, -9.81], "bodies": [first, second], "contacts": [*floors, click]},
         "output": {"every": 1.0},
     }
 
@@ -48,28 +47,14 @@ def test_balls_of_one_height(gap: float, steps: dict[str, Any]) -> None:
 @pytest.mark.parametrize("steps", STEPS[:3], ids=str)
 def test_a_ball_that_comes_down_beside_another_one(steps: dict[str, Any]) -> None:
     """A pendulum that passes the height of a ball on the floor before it hits it: as if it hung a little otherwise."""
-    ball = {"name": "q", "mass": 0.6, "inertia": [0.0024] * 3, "position": [0.25, 0.06, R]}
+    ball = parts.body("q", 0.6, 0.0024, position=[0.25, 0.06, R])
 
     def ended(lift: float) -> np.ndarray:
-        bob = {"name": "p", "mass": 1, "inertia": [0.002] * 3, "position": [-0.8, 0, 0.9 + lift]}
-        hinge = {
-            "name": "A",
-            "type": "revolute",
-            "bodies": ["ground", "p"],
-            "at": [0, 0, 0.9 + lift],
-            "axis": [0, 1, 0],
-        }
-        both = {"points": [[0, 0, 0]] * 2}
-        hit = both | {"name": "c", "type": "sphere_sphere", "bodies": ["p", "q"], "radii": [R, R]}
-        floor = both | {
-            "name": "f",
-            "type": "sphere_plane",
-            "bodies": ["q", "ground"],
-            "radius": R,
-            "normal": [0, 0, 1],
-        }
-        contacts = [hit | {"restitution": 0.6, "friction": 0.2}, floor | {"restitution": 0.3, "friction": 0.4}]
-        model = {"gravity": [0, 0, -9.81], "bodies": [bob, ball], "joints": [hinge], "contacts": contacts}
+        bob = parts.body("p", 1, 0.002, position=[-0.8, 0, 0.9 + lift])
+        hinge = parts.hinge("A", "p", [0, 0, 0.9 + lift])
+        hit = parts.foot("c", "p", to="q", type="sphere_sphere", radii=[R, R], restitution=0.6, friction=0.2)
+        floor = parts.sphere("f", "q", R, normal=[0, 0, 1], restitution=0.3, friction=0.4)
+        model = {"gravity": [0, 0, -9.81], "bodies": [bob, ball], "joints": [hinge], "contacts": [hit, floor]}
         found = lienumba.run({"model": model, "integrator": steps | {"end_time": 1.0}, "output": {"every": 1.0}})
         assert found.status.item() == 0
         values: np.ndarray = found.last_position.values[0]

@@ -7,6 +7,7 @@ import pytest
 
 import lienumba
 from tests.oracles.changing import scenarios
+from tests.rigs import parts
 
 G, WHEN, GAP = 9.81, 0.1, 0.01
 SPIN = [1.0, 2.0, 3.0]
@@ -21,19 +22,12 @@ def test_what_closing_takes_is_in_the_books_and_what_does_not_close_is_not() -> 
     """A falling body is caught at its mass centre, the gap away from where it is to be: by impulse it loses its speed,
     by being moved the height of the gap."""
     start = [0, 0, GAP + 0.5 * G * WHEN**2]
-    body = {"name": "probe", "mass": 2.0, "inertia": [0.1, 0.2, 0.3], "position": start, "rotation": [1, 0, 0, 0]}
-    ball = {"name": "catch", "type": "spherical", "bodies": ["ground", "probe"], "points": [[0, 0, 0]] * 2}
+    body = parts.resting("probe", 2.0, [0.1, 0.2, 0.3], start, angular_velocity=SPIN)
+    ball = parts.joint("catch", "spherical", "probe", points=[[0, 0, 0]] * 2, active=False)
     capture = {"name": "capture", "when": f"t > {WHEN}", "action": "engage", "joint": "catch", "closing": 0.02}
-    data = {
-        "title": "A probe",
-        "model": {
-            "gravity": [0, 0, -G],
-            "bodies": [body | scenarios.AT_REST | {"angular_velocity": SPIN}],
-            "joints": [ball | {"active": False}],
-        },
+    model = {"gravity": [0, 0, -G], "bodies": [body], "joints": [ball]}
+    data = scenarios.scenario("A probe", model, 0.3) | {
         "events": [capture],
-        "integrator": scenarios.settings(0.3),
-        "output": {"times": [0, 0.3]},
         "sweep": scenarios.table({"events.capture.closing": np.array([0.5, 1.5, 0.9]) * GAP}),
     }
     ds = lienumba.run(data)
@@ -54,24 +48,16 @@ def test_moving_a_loop_together_keeps_the_energy_residual(coordinates: str) -> N
     out of their plane: nothing can close it, though its row says nothing beyond the hinges."""
     bars, hinges = [], []
     for name, x, angle in ("left", 0.0, -0.6), ("right", 1.0, -2.5):
-        hinge = {"name": f"{name}_hinge", "type": "revolute", "bodies": ["ground", name], "axes": [[0, 1, 0]] * 2}
-        place = {"points": [[x, 0, 0], [-0.3, 0, 0]], "references": [[1, 0, 0]] * 2, "angle": angle, "rate": 0.5}
-        bars.append({"name": name, "mass": 1.0, "inertia": [0.01, 0.03, 0.03]})
-        hinges.append(hinge | place)
-    pin = {"name": "pin", "type": "spherical", "bodies": ["left", "right"], "points": [[0.3, 0, 0]] * 2}
+        place = parts.frames(parts.Y, [x, 0, 0], [-0.3, 0, 0]) | {"angle": angle, "rate": 0.5}
+        bars.append(parts.body(name, 1.0, [0.01, 0.03, 0.03]))
+        hinges.append(parts.joint(f"{name}_hinge", "revolute", name, **place))
+    pin = parts.joint("pin", "spherical", "right", "left", points=[[0.3, 0, 0]] * 2, active=False)
     spring = {"name": "spring", "type": "spring_damper", "bodies": ["left", "right"], "stiffness": 200, "damping": 0}
-    data = {
-        "title": "A loop that closes",
-        "model": {
-            "gravity": [0, 0, -G],
-            "bodies": bars,
-            "joints": [*hinges, pin | {"active": False}],
-            "forces": [spring | {"points": [[0.3, 0, 0]] * 2, "free_length": 0.05}],
-        },
+    spring |= {"points": [[0.3, 0, 0]] * 2, "free_length": 0.05}
+    model = {"gravity": [0, 0, -G], "bodies": bars, "joints": [*hinges, pin], "forces": [spring]}
+    data = scenarios.scenario("A loop that closes", model, 0.5, coordinates=coordinates) | {
         "events": [{"name": "shut", "when": "t > 0.05", "action": "engage", "joint": "pin", "closing": 0.1}],
-        "integrator": scenarios.settings(0.5, coordinates=coordinates),
         "projection": {"max_iterations": 3},  # of steps; what closes has no need to be next to where it is
-        "output": {"times": [0, 0.5]},
         "sweep": scenarios.table({"joints.pin.points[0][1]": [0.0, 0.001]}),
     }
     ds = lienumba.run(data)
@@ -85,18 +71,16 @@ def test_moving_a_loop_together_keeps_the_energy_residual(coordinates: str) -> N
 @pytest.mark.parametrize("coordinates", ["lie", "joint"])
 def test_a_gear_that_is_engaged(coordinates: str) -> None:
     """A clutch of two wheels: the impulse leaves a (J_a + J_b/16) = J_a a_0 and b = -a/4."""
-    wheels = [{"name": n, "mass": 1, "inertia": [0.1, 0.1, i], "position": [x, 0, 0]} for n, i, x in
-              (("a", 0.02, 0.0), ("b", 0.1, 0.4))]  # fmt: skip
-    shaft = {"type": "revolute", "axis": [0, 0, 1], "angle": 0}
+    wheels = [parts.body(n, 1, [0.1, 0.1, i], position=[x, 0, 0]) for n, i, x in (("a", 0.02, 0.0), ("b", 0.1, 0.4))]
     shafts = [
-        shaft | {"name": "A", "bodies": ["ground", "a"], "at": [0, 0, 0], "rate": 2},
-        shaft | {"name": "B", "bodies": ["ground", "b"], "at": [0.4, 0, 0]},
+        parts.hinge("A", "a", axis=parts.Z, angle=0, rate=2),
+        parts.hinge("B", "b", [0.4, 0, 0], parts.Z, angle=0),
     ]
     gear = {"name": "G", "type": "gear", "joints": ["A", "B"], "ratio": -0.25, "active": False}
     found = lienumba.run(
         {
             "model": {"gravity": [0, 0, 0], "bodies": wheels, "joints": [*shafts, gear]},
-            "quantities": [{"name": n, "type": "joint", "joint": n} for n in "AB"],
+            "quantities": parts.observed("joint", *"AB"),
             "events": [{"name": "e", "when": "t > 0.5", "action": "engage", "joint": "G", "closing": 10}],
             "integrator": {"tolerance": 1e-11, "end_time": 1.0, "coordinates": coordinates},
             "output": {"every": 0.5},
@@ -113,18 +97,17 @@ def test_a_gap_closes_alike_in_any_size_and_the_mass_centre_stays(coordinates: s
     not close, each size closed otherwise, and all leapt."""
     found = []
     for size in (1e-3, 1.0, 1e3):
-        chaser = {"name": "a", "mass": 9.0, "inertia": [4.2 * size**2, 6.1 * size**2, 6.4 * size**2]}
-        chaser |= {"position": [-1.5 * size, 0.007 * size, 0.002 * size], "velocity": [0.6 * size, 0, 0]}
-        target = {"name": "b", "mass": 26.0, "inertia": [21 * size**2, 39 * size**2, 37 * size**2]}
-        target |= {"position": [1.2 * size, 0, 0], "velocity": [0, 0, 0], "angular_velocity": [0, 0, 0]}
-        chaser |= {"rotation": [1, 0, 0, 0], "angular_velocity": [0.003, 0, 0.008]}
-        probe = {"name": "p", "type": "spherical", "bodies": ["b", "a"]}
-        probe |= {"points": [[-1.2 * size, 0, 0], [size, 0, 0]], "active": False}
+        place = [-1.5 * size, 0.007 * size, 0.002 * size]
+        chaser = parts.resting("a", 9.0, [4.2 * size**2, 6.1 * size**2, 6.4 * size**2], place)
+        chaser |= {"velocity": [0.6 * size, 0, 0], "angular_velocity": [0.003, 0, 0.008]}
+        target = parts.resting("b", 26.0, [21 * size**2, 39 * size**2, 37 * size**2], [1.2 * size, 0, 0])
+        ends = [[-1.2 * size, 0, 0], [size, 0, 0]]
+        probe = parts.joint("p", "spherical", "a", "b", points=ends, active=False)
         tip = {"name": "tip", "type": "point", "body": "a", "point": [size, 0, 0], "relative_to": "b"}
         near = f"(tip.x + {1.2 * size})**2 + tip.y**2 + tip.z**2 < {(0.02 * size) ** 2}"
         capture = {"name": "c", "when": near, "action": "engage", "joint": "p", "closing": 0.03 * size, "once": True}
         scenario = {
-            "model": {"gravity": [0, 0, 0], "bodies": [chaser, target | {"rotation": [1, 0, 0, 0]}], "joints": [probe]},
+            "model": {"gravity": [0, 0, 0], "bodies": [chaser, target], "joints": [probe]},
             "quantities": [tip, {"name": "momentum", "type": "momentum"}], "events": [capture],
             "integrator": {"method": "rk4", "step": 0.01, "end_time": 3.0, "coordinates": coordinates},
             "output": {"times": [0.0, 1.0, 2.0, 3.0]},
@@ -147,21 +130,19 @@ def test_closing_a_gap_between_chains_takes_no_momentum(gap: float, products: li
     """Arms of joints that turn are moved by turning: with rates as they were the bodies moved otherwise, by the gap."""
     chains = []
     for own, x, last in (("ab", 0.0, 0.0), ("cd", 1.0, gap)):
-        first = {"name": own[0], "mass": 1.0 + x, "position": [x, -last, 0.5 * last]}
-        first["inertia"] = [0.02, 0.03, 0.04, *products]
-        first |= {"rotation": [1, 0, 0, 0], "velocity": [0.1 - 0.3 * x, 0.2, -0.1], "angular_velocity": [0.3, 0.5, 1.0]}
-        arm = {"name": own[1], "mass": 0.7, "inertia": [0.01, 0.02, 0.015]}
-        hinge = {"name": own, "type": "revolute", "bodies": [own[0], own[1]], "axes": [[0, 0.6, 0.8]] * 2, "angle": 0.3}
-        hinge |= {"points": [[0.2 - 0.4 * x, 0, 0.1], [-0.3, 0.1, 0]], "references": [[1, 0, 0]] * 2, "rate": 1.5 - x}
-        chains.append(([first, arm], hinge))
+        first = parts.resting(own[0], 1.0 + x, [0.02, 0.03, 0.04, *products], [x, -last, 0.5 * last])
+        first |= {"velocity": [0.1 - 0.3 * x, 0.2, -0.1], "angular_velocity": [0.3, 0.5, 1.0]}
+        place = parts.frames([0, 0.6, 0.8], [0.2 - 0.4 * x, 0, 0.1], [-0.3, 0.1, 0]) | {"angle": 0.3, "rate": 1.5 - x}
+        arm = parts.body(own[1], 0.7, [0.01, 0.02, 0.015])
+        chains.append(([first, arm], parts.joint(own, "revolute", own[1], own[0], **place)))
     bodies = [body for own, _ in chains for body in own]
-    probe = {"name": "p", "type": "spherical", "bodies": ["a", "c"], "points": [[0.5, 0, 0], [-0.5, 0, 0]]}
+    probe = parts.joint("p", "spherical", "c", "a", points=[[0.5, 0, 0], [-0.5, 0, 0]], active=False)
     found = []
     for coordinates in ("lie", "joint"):
         ds = lienumba.run(
             {
                 "model": {"gravity": [0, 0, 0], "bodies": bodies,
-                          "joints": [*(hinge for _, hinge in chains), probe | {"active": False}]},
+                          "joints": [*(hinge for _, hinge in chains), probe]},
                 "quantities": [{"name": "m", "type": "momentum"}],
                 "events": [{"name": "e", "when": "t > 1e-9", "action": "engage", "joint": "p", "closing": 0.1}],
                 "integrator": {"tolerance": 1e-11, "end_time": 0.2, "coordinates": coordinates},
@@ -179,33 +160,23 @@ def test_closing_a_gap_between_chains_takes_no_momentum(gap: float, products: li
 
 def test_a_body_without_mass_takes_no_part_in_what_closing_moves() -> None:
     """Masses that are lent to it, so that equations can be solved, moved the mass centre by a ten-thousandth."""
-    still = {"rotation": [1, 0, 0, 0], "velocity": [0, 0, 0], "angular_velocity": [0, 0, 0]}
-    inertia, hinge = {"inertia": [0.02, 0.03, 0.04]}, {"type": "revolute", "references": [[1, 0, 0]] * 2, "angle": 0.2}
+    shape: Any = [0.02, 0.03, 0.04]
     bodies = [
-        {"name": "a", "mass": 1.0, "position": [0, 0, 0]} | still | inertia,
+        parts.resting("a", 1.0, shape),
         {"name": "m", "mass": 0.0},
-        {"name": "b", "mass": 1.4} | inertia,
-        {"name": "c", "mass": 0.8, "position": [1.21, 0.01, 0.12]} | still | inertia,
+        parts.body("b", 1.4, shape),
+        parts.resting("c", 0.8, shape, [1.21, 0.01, 0.12]),
     ]
-    first = {
-        "name": "h",
-        "bodies": ["a", "m"],
-        "points": [[0.3, 0, 0], [0, 0, 0]],
-        "axes": [[0, 1, 0]] * 2,
-        "rate": 1.0,
-    }
-    second = {
-        "name": "k",
-        "bodies": ["m", "b"],
-        "points": [[0, 0, 0], [-0.3, 0, 0]],
-        "axes": [[0, 0, 1]] * 2,
-        "rate": 0.3,
-    }
-    probe = {"name": "p", "type": "spherical", "bodies": ["b", "c"], "points": [[0.3, 0, 0], [-0.3, 0, 0]]}
+    first = parts.frames(parts.Y, [0.3, 0, 0]) | {"angle": 0.2, "rate": 1.0}
+    second = parts.frames(parts.Z, second=[-0.3, 0, 0]) | {"angle": 0.2, "rate": 0.3}
+    joints = [
+        parts.joint("h", "revolute", "m", "a", **first),
+        parts.joint("k", "revolute", "b", "m", **second),
+        parts.joint("p", "spherical", "c", "b", points=[[0.3, 0, 0], [-0.3, 0, 0]], active=False),
+    ]
     ds = lienumba.run(
         {
-            "model": {"gravity": [0, 0, 0], "bodies": bodies,
-                      "joints": [hinge | first, hinge | second, probe | {"active": False}]},
+            "model": {"gravity": [0, 0, 0], "bodies": bodies, "joints": joints},
             "quantities": [{"name": "m_all", "type": "momentum"}],
             "events": [{"name": "e", "when": "t > 1e-9", "action": "engage", "joint": "p", "closing": 1.0}],
             "integrator": {"tolerance": 1e-11, "end_time": 0.2, "coordinates": "joint"},

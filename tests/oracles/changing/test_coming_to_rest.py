@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 import lienumba
 from lienumba.integrators.drivers.switching import modes
 from lienumba.mechanics.system.switched import whirls
+from tests.rigs import parts
 
 G = 9.81
 STEPS = [("rk4", 1e-2), ("rk4", 1e-3), ("dp54", 1e-2), ("dop853", 1e-2), ("heun", 1e-3)]
@@ -37,10 +38,9 @@ def test_a_puck_across_a_slope_stops(method: str, step: float, across: float) ->
 
     stops.terminal = True  # type: ignore[attr-defined]
     exact = solve_ivp(moved, (0, 2), [0, 0, 0.1, across], events=stops, rtol=1e-11, atol=1e-13, method="DOP853")
-    puck = {"name": "p", "mass": 2, "inertia": [0.1] * 3, "position": [0, 0, 0], "velocity": [0.1, across, 0]}
-    floor = {"name": "c", "type": "point_plane", "bodies": ["p", "ground"], "points": [[0, 0, 0]] * 2, "friction": mu}
+    puck = parts.body("p", 2, position=[0, 0, 0], velocity=[0.1, across, 0])
     gravity = [G * np.sin(slope), 0, -G * np.cos(slope)]
-    model = {"gravity": gravity, "bodies": [puck], "contacts": [floor | {"normal": [0, 0, 1]}]}
+    model = {"gravity": gravity, "bodies": [puck], "contacts": [parts.foot("c", "p", normal=[0, 0, 1], friction=mu)]}
     found = ran(model, {"method": method, "step": step}, 2.0)
     assert found["mode"].values[0, -1] == 1
     np.testing.assert_array_equal(found.last_velocity.values[0, 0], 0.0)
@@ -52,13 +52,11 @@ def test_a_ball_on_a_slope_rolls_when_it_has_slipped(slip: tuple[float, float]) 
     """It starts with a little slip downhill and across, which friction takes."""
     normal, down = (np.array(x) / np.sqrt(3.25) for x in ([-1, 0, 1.5], [-1.5, 0, -1]))
     rolls = 0.5 * down + np.array([0, 0.1, 0])
-    ball = {
-        "name": "b", "mass": 0.4, "inertia": [0.0016] * 3, "position": (0.1 * normal).tolist(),
-        "velocity": (rolls + slip[0] * down + np.array([0, slip[1], 0])).tolist(),
-        "angular_velocity": (np.cross(normal, rolls) / 0.1).tolist(),
-    }  # fmt: skip
-    floor = {"name": "c", "type": "sphere_plane", "bodies": ["b", "ground"], "points": [[0, 0, 0]] * 2, "radius": 0.1}
-    contact = floor | {"normal": normal.tolist(), "friction": 0.3}
+    ball = parts.body(
+        "b", 0.4, 0.0016, position=(0.1 * normal).tolist(), angular_velocity=(np.cross(normal, rolls) / 0.1).tolist(),
+        velocity=(rolls + slip[0] * down + np.array([0, slip[1], 0])).tolist(),
+    )  # fmt: skip
+    contact = parts.sphere("c", "b", 0.1, normal=normal.tolist(), friction=0.3)
     model = {"gravity": [0, 0, -G], "bodies": [ball], "contacts": [contact]}
     exact, found = (ran(model, x, 0.4) for x in ({"tolerance": 1e-10}, {"method": "rk4", "step": 1e-3}))
     assert found["mode"].values[0, -1] == 1
@@ -67,9 +65,9 @@ def test_a_ball_on_a_slope_rolls_when_it_has_slipped(slip: tuple[float, float]) 
 
 def test_what_slides_straight_on_stops_where_it_stops() -> None:
     """Nothing turns there, and no slip is taken for rest: to the order of the method."""
-    block = {"name": "p", "mass": 2, "inertia": [0.1] * 3, "position": [0, 0, 0], "velocity": [0.7, 0, 0]}
-    floor = {"name": "c", "type": "point_plane", "bodies": ["p", "ground"], "points": [[0, 0, 0]] * 2, "friction": 0.3}
-    model = {"gravity": [0, 0, -G], "bodies": [block], "contacts": [floor | {"normal": [0, 0, 1]}]}
+    block = parts.body("p", 2, position=[0, 0, 0], velocity=[0.7, 0, 0])
+    floor = parts.foot("c", "p", normal=[0, 0, 1], friction=0.3)
+    model = {"gravity": [0, 0, -G], "bodies": [block], "contacts": [floor]}
     found = ran(model, {"method": "rk4", "step": 1e-2}, 1.0)
     assert found.last_position.values[0, 0, 0] == pytest.approx(0.7**2 / (2 * 0.3 * G), abs=1e-10)
 
@@ -77,12 +75,11 @@ def test_what_slides_straight_on_stops_where_it_stops() -> None:
 def feet(n: int, turn: Rotation, slope: float, friction: Any, spin: float) -> dict[str, Any]:
     """A puck on n feet, turned in space with all else, which slides across its plane."""
     places = [[0.2 * np.cos(a), 0.2 * np.sin(a), -0.1] for a in 2 * np.pi * (np.arange(n) + 0.3) / n]
-    puck = {"name": "p", "mass": 2, "inertia": [0.05, 0.05, 0.08], "rotation": turn.as_matrix().tolist()}
+    puck = parts.body("p", 2, [0.05, 0.05, 0.08], rotation=turn.as_matrix().tolist())
     puck |= {"position": turn.apply([0, 0, 0.1]).tolist(), "velocity": turn.apply([0.1, 0.05, 0]).tolist()}
     puck |= {"angular_velocity": turn.apply([0, 0, spin]).tolist()}
     normal, gravity = turn.apply([0, 0, 1]), turn.apply([G * np.sin(slope), 0, -G * np.cos(slope)])
-    foot = {"type": "point_plane", "bodies": ["p", "ground"], "normal": normal.tolist(), "friction": friction}
-    contacts = [foot | {"name": f"c{i}", "points": [x, [0, 0, 0]]} for i, x in enumerate(places)]
+    contacts = parts.feet("p", places, "c", normal=normal.tolist(), friction=friction)
     return {"gravity": gravity.tolist(), "bodies": [puck], "contacts": contacts}
 
 
@@ -104,11 +101,9 @@ def test_feet_come_to_rest_together(n: int, friction: Any, spin: float, method: 
 def test_feet_of_many_pucks_do_not_push(method: str, step: float) -> None:
     """One foot comes to rest before the others, and these turn back: of a hundred runs three to eleven pushed."""
     model = feet(3, Rotation.identity(), 0.06, 0.3, 0.0)
-    vary = {f"bodies.p.velocity[{n}]": {"distribution": "uniform", "low": -0.6, "high": 0.6} for n in (0, 1)}
-    vary |= {"bodies.p.angular_velocity[2]": {"distribution": "uniform", "low": -8.0, "high": 8.0}}
-    for n in range(3):
-        vary[f"contacts.c{n}.friction"] = {"distribution": "uniform", "low": 0.1, "high": 0.5}
-    scenario = {"model": model, "output": {"every": 2.0}, "sweep": {"runs": 128, "seed": 4, "vary": vary}}
+    vary = {f"bodies.p.velocity[{n}]": (-0.6, 0.6) for n in (0, 1)} | {"bodies.p.angular_velocity[2]": (-8.0, 8.0)}
+    vary |= {f"contacts.c{n}.friction": (0.1, 0.5) for n in range(3)}
+    scenario = {"model": model, "output": {"every": 2.0}, "sweep": parts.sweep(128, vary, seed=4)}
     exact, found = (
         lienumba.run(scenario | {"integrator": x | {"end_time": 2.0}}, progress=False)
         for x in ({"tolerance": 1e-10}, {"method": method, "step": step})
@@ -140,17 +135,14 @@ def test_what_is_seen_to_stop_is_what_is_stopped() -> None:
 def test_series_that_begin_next_to_rest_have_steps_as_short(tolerance: float, coordinates: str) -> None:
     """Of w/|w| the coefficients of high orders have squares that no number holds, 1e-8 s before a point of one free
     body comes to rest on a plane of another: a third of 301 runs flew away, one of them as a success with 52 J."""
-    still = {"velocity": [0, 0, 0], "angular_velocity": [0, 0, 0], "rotation": [1, 0, 0, 0]}
-    slider = {"name": "a", "mass": 1.3, "inertia": [0.02, 0.03, 0.045], "position": [0, 0, 0.2], **still}
-    table = {"name": "b", "mass": 4.0, "inertia": [0.5, 0.6, 0.8], "position": [0, 0, 0], **still}
-    foot = {"name": "c", "type": "point_plane", "bodies": ["a", "b"], "friction": 0.7, "normal": [0, 0, 1]}
-    foot |= {"points": [[0.05, 0.02, -0.2], [0, 0, 0]]}
+    slider = parts.resting("a", 1.3, [0.02, 0.03, 0.045], [0, 0, 0.2])
+    table = parts.resting("b", 4.0, [0.5, 0.6, 0.8])
+    foot = parts.foot("c", "a", [0.05, 0.02, -0.2], to="b", friction=0.7, normal=[0, 0, 1])
     presses = [{"type": "force", "body": x, "value": [0, 0, f]} for x, f in (("a", -40), ("b", 40))]
-    vary = {f"bodies.a.velocity[{n}]": {"distribution": "uniform", "low": -0.5, "high": 0.5} for n in (0, 1)}
     scenario = {
         "model": {"gravity": [0, 0, 0], "bodies": [slider, table], "contacts": [foot], "forces": presses},
         "integrator": {"end_time": 0.4, "coordinates": coordinates}, "output": {"every": 0.02},
-        "sweep": {"runs": 64, "seed": 1, "vary": vary},
+        "sweep": parts.sweep(64, {f"bodies.a.velocity[{n}]": (-0.5, 0.5) for n in (0, 1)}, seed=1),
     }  # fmt: skip
     series, steps = (
         lienumba.run(scenario | {"integrator": scenario["integrator"] | own}, progress=False)
@@ -165,20 +157,16 @@ def test_series_that_begin_next_to_rest_have_steps_as_short(tolerance: float, co
 def test_balls_roll_by_steps_of_generalized_alpha(seed: int) -> None:
     """They slide in two directions until they roll: next to that stages have no solution that iterations find."""
     R = Rotation.random(random_state=seed)
-    ball = {
-        "name": "b", "mass": 0.5, "inertia": [0.002, 0.0022, 0.0025], "position": R.apply([0, 0, 0.1]).tolist(),
-        "rotation": [1, 0, 0, 0], "velocity": R.apply([1, 0.5, 0]).tolist(), "angular_velocity": [3.0, -2, 1],
-    }  # fmt: skip
-    floor = {
-        "name": "w", "type": "sphere_plane", "bodies": ["b", "ground"], "points": [[0, 0, 0], [0, 0, 0]], "radius": 0.1,
-        "normal": R.apply([0, 0, 1]).tolist(), "friction": 0.2,
-    }  # fmt: skip
-    spins = {f"bodies.b.angular_velocity[{i}]": {"distribution": "uniform", "low": -10, "high": 10} for i in range(3)}
-    rough = {"contacts.w.friction": {"distribution": "uniform", "low": 0.05, "high": 0.8}}
+    ball = parts.body(
+        "b", 0.5, [0.002, 0.0022, 0.0025], position=R.apply([0, 0, 0.1]).tolist(), rotation=[1, 0, 0, 0],
+        velocity=R.apply([1, 0.5, 0]).tolist(), angular_velocity=[3.0, -2, 1],
+    )  # fmt: skip
+    floor = parts.sphere("w", "b", 0.1, normal=R.apply([0, 0, 1]).tolist(), friction=0.2)
+    spins = {f"bodies.b.angular_velocity[{i}]": (-10, 10) for i in range(3)}
     data = {
         "model": {"gravity": R.apply([1, 0, -9.81]).tolist(), "bodies": [ball], "contacts": [floor]},
         "output": {"every": 0.05},
-        "sweep": {"runs": 40, "seed": seed, "vary": spins | rough},
+        "sweep": parts.sweep(40, spins | {"contacts.w.friction": (0.05, 0.8)}, seed=seed),
     }
     exact = lienumba.run({**data, "integrator": {"method": "dop853", "tolerance": 1e-11, "end_time": 1.0}})
     errors = []

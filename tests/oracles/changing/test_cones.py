@@ -7,16 +7,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import lienumba
+from tests.rigs import parts
 
 G, MASS, INERTIA, RADIUS, MU = 9.81, 3.7, np.diag([0.08, 0.15, 0.17]), 0.15, 0.3
 BALL, TIP = np.array([-0.1, 0, 0]), np.array([0.5, 0, -RADIUS])
 UP = np.array([0, 0, 1.0])
-BODY = {"name": "b", "mass": MASS, "inertia": [0.08, 0.15, 0.17], "position": [0, 0, RADIUS]}
-FLOOR = {"bodies": ["b", "ground"], "normal": [0, 0, 1], "friction": MU}
-CONTACTS = [
-    {"name": "ball", "type": "sphere_plane", "points": [BALL.tolist(), [0, 0, 0]], "radius": RADIUS} | FLOOR,
-    {"name": "tip", "type": "point_plane", "points": [TIP.tolist(), [0, 0, 0]]} | FLOOR,
-]
+BODY = parts.body("b", MASS, [0.08, 0.15, 0.17], position=[0, 0, RADIUS])
+ROUGH: dict[str, Any] = {"normal": [0, 0, 1], "friction": MU}
+CONTACTS = [parts.sphere("ball", "b", RADIUS, BALL.tolist(), **ROUGH), parts.foot("tip", "b", TIP.tolist(), **ROUGH)]
 
 
 def rows(y: np.ndarray) -> np.ndarray:
@@ -95,17 +93,15 @@ def thrown(seed: int) -> dict[str, Any]:
         turn, arm = 2 * np.pi * (n + random.uniform(-0.3, 0.3)) / count, random.uniform(0.1, 0.6)
         radius = float(random.choice([0.0, 0.05, 0.15]) if n else random.choice([0.05, 0.15, 0.25]))
         where = [arm * np.cos(turn), arm * np.sin(turn), radius - 0.3]
-        kind = {"type": "sphere_plane", "radius": radius} if radius > 0 else {"type": "point_plane"}
-        contacts.append(FLOOR | kind | {"name": f"c{n}", "points": [where, [0, 0, 0]]})
-    body = {"name": "b", "mass": MASS, "inertia": [a + b, b + c, c + a], "position": [0, 0, 0.3]}
-    body |= {"velocity": [0, 0, 0], "angular_velocity": [0, 0, 0]}
-    vary = {f"bodies.b.velocity[{n}]": {"distribution": "uniform", "low": -1, "high": 1} for n in (0, 1)}
-    vary["bodies.b.angular_velocity[2]"] = {"distribution": "uniform", "low": -2, "high": 2}
+        kind = {"type": "sphere_plane", "radius": radius} if radius > 0 else {}
+        contacts.append(parts.foot(f"c{n}", "b", where) | kind | ROUGH)
+    body = parts.body("b", MASS, [a + b, b + c, c + a], position=[0, 0, 0.3]) | parts.AT_REST
+    vary = {f"bodies.b.velocity[{n}]": (-1, 1) for n in (0, 1)} | {"bodies.b.angular_velocity[2]": (-2, 2)}
     return {
         "model": {"gravity": [0, 0, -G], "bodies": [body], "contacts": contacts},
         "integrator": {"method": "dop853", "tolerance": 1e-8, "end_time": 1.0},
         "output": {"every": 1.0},
-        "sweep": {"runs": 32, "seed": seed, "vary": vary},
+        "sweep": parts.sweep(32, vary, seed=seed),
     }
 
 

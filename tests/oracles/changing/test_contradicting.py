@@ -9,6 +9,7 @@ import pytest
 import lienumba
 from tests.oracles.changing import scenarios
 from tests.oracles.changing.test_closing import statuses
+from tests.rigs import parts
 
 DEPTH = 0.05  # m
 THERE = f"-{DEPTH}*min(t, 1)**2*(3 - 2*min(t, 1))"  # from 0, in 1 s
@@ -16,19 +17,13 @@ THERE = f"-{DEPTH}*min(t, 1)**2*(3 - 2*min(t, 1))"  # from 0, in 1 s
 
 def sliding(axis: list[float], **settings: Any) -> dict[str, Any]:
     """A body on a slide, which a fixed joint is to catch below where it starts."""
-    slide = {"name": "slide", "type": "prismatic", "bodies": ["ground", "block"], "at": [0.02, 0.01, 0.3], "axis": axis}
-    catch = {"name": "catch", "type": "fixed", "bodies": ["ground", "block"], "points": [[0, 0, -DEPTH], [0, 0, 0]]}
-    return {
-        "title": "A block that is caught",
-        "model": {
-            "gravity": [0, 0, -9.81],
-            "bodies": [{"name": "block", "mass": 1.3, "inertia": [0.1, 0.2, 0.25], "position": [0, 0, 0]}],
-            "joints": [slide, catch | {"active": False}],
-        },
+    slide = parts.joint("slide", "prismatic", "block", at=[0.02, 0.01, 0.3], axis=axis)
+    catch = parts.joint("catch", "fixed", "block", points=[[0, 0, -DEPTH], [0, 0, 0]], active=False)
+    block = parts.body("block", 1.3, [0.1, 0.2, 0.25], position=[0, 0, 0])
+    model = {"gravity": [0, 0, -9.81], "bodies": [block], "joints": [slide, catch]}
+    return scenarios.scenario("A block that is caught", model, 2.0, **settings) | {
         "quantities": [{"name": "block", "type": "point", "body": "block", "point": [0, 0, 0]}],
         "events": [{"name": "caught", "when": f"block.z < -{DEPTH}", "action": "engage", "joint": "catch"}],
-        "integrator": scenarios.settings(2.0, **settings),
-        "output": {"times": [0, 2.0]},
     }
 
 
@@ -58,27 +53,23 @@ def test_a_joint_that_is_engaged_against_a_driver(
 def test_a_lock_in_a_dead_point_does_not_let_the_crank_through() -> None:
     """A slider that is locked as it stands still: the crank that turns there could not move it, and moves it next."""
     places = {
-        "base": (["ground", "crank"], [[0, 0, 0], [-0.25, 0, 0]]),
-        "pin": (["crank", "rod"], [[0.25, 0, 0], [-0.5, 0, 0]]),
-        "wrist": (["rod", "block"], [[0.5, 0, 0], [0, 0, 0]]),
+        "base": ("ground", "crank", [0, 0, 0], [-0.25, 0, 0]),
+        "pin": ("crank", "rod", [0.25, 0, 0], [-0.5, 0, 0]),
+        "wrist": ("rod", "block", [0.5, 0, 0], [0, 0, 0]),
     }
-    axes = {"axes": [[0, 1, 0]] * 2, "references": [[1, 0, 0]] * 2}
     joints = [
-        {"name": name, "type": "revolute", "bodies": bodies, "points": points} | axes
-        for name, (bodies, points) in places.items()
+        parts.joint(name, "revolute", body, to, **parts.frames(parts.Y, *points))
+        for name, (to, body, *points) in places.items()
     ]
-    slide = {"name": "slide", "type": "prismatic", "bodies": ["ground", "block"], "points": [[0, 0, 0]] * 2}
-    data = {
-        "title": "A crank that jams",
-        "model": {
-            "gravity": [0, 0, 0],
-            "bodies": [{"name": x, "mass": 1.0, "inertia": [0.01, 0.05, 0.05]} for x in ("crank", "rod", "block")],
-            "joints": [joints[0] | {"angle": "60*deg", "rate": -3.0}, *joints[1:], slide | {"axes": [[1, 0, 0]] * 2}],
-        },
-        "quantities": [{"name": "slide", "type": "joint", "joint": "slide"}],
+    slide = parts.joint("slide", "prismatic", "block", points=[[0, 0, 0]] * 2, axes=[[1, 0, 0]] * 2)
+    model = {
+        "gravity": [0, 0, 0],
+        "bodies": [parts.body(x, 1.0, [0.01, 0.05, 0.05]) for x in ("crank", "rod", "block")],
+        "joints": [joints[0] | {"angle": "60*deg", "rate": -3.0}, *joints[1:], slide],
+    }
+    data = scenarios.scenario("A crank that jams", model, 1.0) | {
+        "quantities": parts.observed("joint", "slide"),
         "events": [{"name": "jam", "when": "slide.speed < 0", "action": "lock", "joint": "slide"}],
-        "integrator": scenarios.settings(1.0),
-        "output": {"times": [0, 1.0]},
     }
     ds = lienumba.run(data)
     assert statuses(ds) == ["contradiction"]

@@ -8,6 +8,7 @@ import pytest
 
 import lienumba
 from tests.oracles.changing import scenarios
+from tests.rigs import parts
 
 RUNS = 200
 WAYS: list[dict[str, Any]] = [
@@ -27,12 +28,11 @@ def test_what_dips_within_a_step_hits(way: dict[str, Any], stop: str, height: fl
     r2 = r1 + width
     s = r1 + width * np.linspace(0, 1, 1001)[:, None]
     c = depth / np.max(s * (s - r1) * (r2 - s), axis=0)  # of z = height + c t (t - r1) (t - r2)
-    body = {"name": "b", "mass": 1.0, "inertia": [0.01, 0.01, 0.01]}
-    rail = {"name": "r", "type": "prismatic", "bodies": ["ground", "b"], "points": [[0, 0, 0.1], [0, 0, 0]]}
-    rail |= {"axes": [[0, 0, 1]] * 2, "references": [[1, 0, 0]] * 2, "displacement": height, "speed": "v0"}
-    floor = {"name": "c", "type": "sphere_plane", "bodies": ["b", "ground"], "points": [[0, 0, 0]] * 2, "radius": 0.1}
+    body = parts.body("b", 1.0, 0.01)
+    rail = parts.slide("r", "b", parts.Z, points=[[0, 0, 0.1], [0, 0, 0]], displacement=height, speed="v0")
+    floor = parts.sphere("c", "b", 0.1, restitution=0.5)
     low = {"name": "l", "joint": "r", "low": 0.0, "restitution": 0.5}
-    stops = {"contacts": [floor | {"restitution": 0.5}]} if stop == "contact" else {"limits": [low]}
+    stops = {"contacts": [floor]} if stop == "contact" else {"limits": [low]}
     push = {"name": "f", "type": "force", "body": "b", "value": [0, 0, "a2 + a3*t"]}
     columns = {"v0": c * r1 * r2, "a2": -2 * c * (r1 + r2), "a3": 6 * c}
     ds = lienumba.run(
@@ -57,31 +57,15 @@ def test_what_dips_within_a_step_hits(way: dict[str, Any], stop: str, height: fl
 def test_what_bounces_by_long_steps_does_not_pass_the_floor(tolerance: float) -> None:
     """A step that was cut a little behind an impact left the tip below the floor by more than what touches, and nothing
     looked for the next one: a run in twenty ended as `contact_violated`."""
-    upper = {
-        "name": "b",
-        "mass": 1.7,
-        "inertia": [0.02, 0.05, 0.06],
-        "position": [0, 0, 0.75],
-        "rotation": [1, 0, 0, 0],
-    }
-    lower = {"name": "d", "mass": 0.6, "inertia": [0.002, 0.008, 0.008], "rotation": [1, 0, 0, 0]}
-    ball = {"name": "j", "type": "spherical", "bodies": ["b", "d"], "points": [[0.15, 0, 0.15], [-0.25, 0, 0]]}
+    upper = parts.resting("b", 1.7, [0.02, 0.05, 0.06], [0, 0, 0.75], velocity=[0.8, 0, 0])
+    lower = parts.body("d", 0.6, [0.002, 0.008, 0.008], rotation=[1, 0, 0, 0], angular_velocity=[0, 1, 2])
+    ball = parts.joint("j", "spherical", "d", "b", points=[[0.15, 0, 0.15], [-0.25, 0, 0]])
     places = [("d", [0.25, 0, 0]), ("b", [0.2, 0, 0]), ("b", [-0.2, 0.05, 0]), ("b", [0, 0.1, 0.18])]
-    tips = [
-        {"name": f"c{n}", "type": "sphere_plane", "bodies": [body, "ground"], "points": [p, [0, 0, 0]], "radius": 0.03}
-        for n, (body, p) in enumerate(places)
-    ]
+    tips = [parts.sphere(f"c{n}", body, 0.03, p, restitution=0.5) for n, (body, p) in enumerate(places)]
     normal = {"distribution": "normal", "std": 4.0}
     ds = lienumba.run(
         {
-            "model": {
-                "bodies": [
-                    upper | {"velocity": [0.8, 0, 0], "angular_velocity": [0, 0, 0]},
-                    lower | {"angular_velocity": [0, 1, 2]},
-                ],
-                "joints": [ball],
-                "contacts": [tip | {"restitution": 0.5} for tip in tips],
-            },
+            "model": {"bodies": [upper, lower], "joints": [ball], "contacts": tips},
             "quantities": [{"name": f"q{n}", "type": "contact", "contact": f"c{n}"} for n in range(len(tips))],
             "integrator": {"method": "dop853", "tolerance": tolerance, "end_time": 1.0},
             "output": {"every": 0.005},

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 import lienumba
 from tests.oracles.changing import scenarios
 from tests.oracles.changing.closed_forms import together, topples
+from tests.rigs import parts
 
 M = (3.0, 7.0)
 J = (np.diag([0.3, 0.5, 0.6]), np.array([[1.0, 0.1, 0.05], [0.1, 1.4, -0.1], [0.05, -0.1, 1.7]]))
@@ -72,13 +73,10 @@ def test_a_rod_topples_on_a_hinge_that_lets_go() -> None:
         "events": [{"name": "free", "when": f"lean.angle > {end}", "action": "release", "joint": "hinge"}],
         "model": {
             "gravity": [0, 0, -9.81],
-            "bodies": [{"name": "rod", "mass": 3, "inertia": [length**2 / 4, length**2 / 4, 0.01]}],
+            "bodies": [parts.body("rod", 3, [length**2 / 4, length**2 / 4, 0.01])],
             "joints": [
-                {
-                    "name": "hinge", "type": "revolute", "bodies": ["ground", "rod"],
-                    "points": [[0, 0, 0], [0, 0, -0.5 * length]], "axes": [[0, 1, 0]] * 2,
-                    "references": [[0, 0, 1]] * 2, "angle": start, "rate": 0,
-                }
+                parts.joint("hinge", "revolute", "rod", **parts.frames(parts.Y, second=[0, 0, -0.5 * length]))
+                | {"references": [[0, 0, 1]] * 2, "angle": start, "rate": 0}
             ],
         },
         "integrator": scenarios.settings(when + 0.3), "output": {"times": [0, when + 0.3]},

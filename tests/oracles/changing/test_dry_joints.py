@@ -12,6 +12,7 @@ from scipy.optimize import brentq, linprog
 from scipy.spatial.transform import Rotation
 
 import lienumba
+from tests.rigs import parts
 
 LEAN, LONG, RADIUS = -0.08, 0.3, 0.1  # of the pendulum: rad, m to its mass centre, m
 CART, BOB, SWING = 1.0, 0.5, 0.004  # kg, kg, kg m^2
@@ -37,35 +38,22 @@ def cart(R: Rotation, rate: float, wall: bool, integrator: dict[str, Any], **mor
     bob = lean.apply([0.0, 0.0, -LONG])
     tip = lean.apply([0.0, 0.0, -2 * LONG]) + R.apply([RADIUS, 0.0, 0.0])
     up, along = R.apply([0.0, 0.0, 1.0]), R.apply([1.0, 0.0, 0.0])
-    contact = {
-        "name": "wall", "type": "sphere_plane", "bodies": ["bob", "ground"], "radius": RADIUS, "friction": 0.2,
-        "points": [[0.0, 0.0, -LONG], tip.tolist()], "normal": turned(R, -1.0, 0.0, 0.0),
-    }  # fmt: skip
+    contact = parts.sphere("wall", "bob", RADIUS, [0.0, 0.0, -LONG], tip.tolist(), friction=0.2)
+    contact["normal"] = turned(R, -1.0, 0.0, 0.0)
+    bob_shape = [SWING, SWING, 0.001]
     return {
         "parameters": {"gx": 0.5},
         "model": {
             "gravity": [f"{along[i]}*(gx + {rate}*t) + {-9.6 * up[i]}" for i in range(3)],
             "bodies": [
-                {"name": "cart", "mass": CART, "inertia": [0.01] * 3, "position": [0, 0, 0], "rotation": quaternion(R)},
-                {
-                    "name": "bob", "mass": BOB, "inertia": [SWING, SWING, 0.001], "position": bob.tolist(),
-                    "rotation": quaternion(lean),
-                },
+                parts.body("cart", CART, 0.01, position=[0, 0, 0], rotation=quaternion(R)),
+                parts.body("bob", BOB, bob_shape, position=bob.tolist(), rotation=quaternion(lean)),
             ],
             "joints": [
-                {
-                    "name": "rail", "type": "prismatic", "bodies": ["ground", "cart"], "at": [0, 0, 0],
-                    "axis": along.tolist(),
-                },
-                {
-                    "name": "hinge", "type": "revolute", "bodies": ["cart", "bob"], "at": [0, 0, 0],
-                    "axis": turned(R, 0.0, 1.0, 0.0),
-                },
+                parts.joint("rail", "prismatic", "cart", at=[0, 0, 0], axis=along.tolist()),
+                parts.hinge("hinge", "bob", axis=turned(R, 0.0, 1.0, 0.0), to="cart"),
             ],
-            "forces": [
-                {"name": "dry", "type": "friction", "joint": "rail", "coulomb": SLIDING[0], "static": 2.5},
-                {"name": "stiff", "type": "friction", "joint": "hinge", "coulomb": SLIDING[1], "static": 0.03},
-            ],
+            "forces": [parts.dry("rail", SLIDING[0], 2.5), parts.dry("hinge", SLIDING[1], 0.03, "stiff")],
             "contacts": [contact] if wall else [],
             "quantities": [{"name": f"{x}_at", "type": "joint", "joint": x} for x in ("rail", "hinge")],
         },
@@ -76,14 +64,8 @@ def cart(R: Rotation, rate: float, wall: bool, integrator: dict[str, Any], **mor
 
 
 def varied(runs: int, **ranges: tuple[float, float]) -> dict[str, Any]:
-    names = {
-        "gx": "parameters.gx",
-        "mu": "contacts.wall.friction",
-        "dry": "forces.dry.static",
-        "stiff": "forces.stiff.static",
-    }
-    vary = {names[x]: {"distribution": "uniform", "low": low, "high": high} for x, (low, high) in ranges.items()}
-    return {"sweep": {"runs": runs, "seed": 3, "vary": vary}}
+    names = dict(zip(("gx", "mu", "dry", "stiff"), NAMES, strict=True))
+    return {"sweep": parts.sweep(runs, {names[x]: ends for x, ends in ranges.items()}, seed=3)}
 
 
 def numbers(ds: Any, run: int) -> list[float]:
@@ -189,22 +171,20 @@ def arm(R: Rotation, push: float) -> tuple[dict[str, Any], float]:
 
     upper, lower, tip = places((a, a + b))
     links = [
-        {"name": name, "mass": mass, "inertia": [0.02, 0.02, 0.001], "position": turned(R, *place),
-         "rotation": quaternion(R * Rotation.from_rotvec([0, -angle, 0]))}
+        parts.body(name, mass, [0.02, 0.02, 0.001], position=turned(R, *place),
+                   rotation=quaternion(R * Rotation.from_rotvec([0, -angle, 0])))
         for name, mass, place, angle in (("upper", 1.0, upper, a), ("lower", 0.7, lower, a + b))
     ]  # fmt: skip
     axis, elbow = turned(R, 0.0, 1.0, 0.0), turned(R, *(length * down(a)))
-    floor = {
-        "name": "floor", "type": "sphere_plane", "bodies": ["lower", "ground"], "radius": radius, "friction": mu,
-        "points": [[0, 0, -0.5 * length], turned(R, *(tip - [0, 0, radius]))], "normal": turned(R, 0.0, 0.0, 1.0),
-    }  # fmt: skip
+    floor = parts.sphere("floor", "lower", radius, [0, 0, -0.5 * length], turned(R, *(tip - [0, 0, radius])))
+    floor |= {"normal": turned(R, 0.0, 0.0, 1.0), "friction": mu}
     data = {
         "model": {
             "gravity": turned(R, 0.0, 0.0, -9.81),
             "bodies": links,
             "joints": [
-                {"name": "shoulder", "type": "revolute", "bodies": ["ground", "upper"], "at": [0, 0, 0], "axis": axis},
-                {"name": "elbow", "type": "revolute", "bodies": ["upper", "lower"], "at": elbow, "axis": axis},
+                parts.hinge("shoulder", "upper", axis=axis),
+                parts.hinge("elbow", "lower", elbow, axis, to="upper"),
             ],
             "forces": [
                 {"name": "m", "type": "actuator", "joint": "shoulder", "value": f"{push}*t"},
@@ -249,21 +229,19 @@ def trunk(R: Rotation, hips: float) -> dict[str, Any]:
     for leg, side in sides.items():
         lean, hip, own = R * Rotation.from_rotvec([0, side * spread, 0]), R.apply([0.1 * side, 0, high]), f"hip_{leg}"
         place = (hip + lean.apply([0, 0, -0.5 * long])).tolist()
-        shape = {"mass": 0.3, "inertia": [0.003, 0.003, 0.0003]}
-        legs.append({"name": leg, **shape, "position": place, "rotation": quaternion(lean)})
-        hinges.append({"name": own, "type": "revolute", "bodies": ["trunk", leg], "at": hip.tolist(), "axis": axis})
-        dry.append({"name": f"dry_{leg}", "type": "friction", "joint": own, "coulomb": hips, "static": hips})
-        foot = {"name": f"foot_{leg}", "type": "sphere_plane", "bodies": [leg, "ground"], "normal": up.tolist()}
-        feet.append({**foot, "points": [[0, 0, -0.5 * long], [0, 0, 0]], "radius": 0.02, "friction": 0.8})
+        legs.append(parts.body(leg, 0.3, [0.003, 0.003, 0.0003], position=place, rotation=quaternion(lean)))
+        hinges.append(parts.hinge(own, leg, hip.tolist(), axis, to="trunk"))
+        dry.append(parts.dry(own, hips, hips, f"dry_{leg}"))
+        sole = parts.sphere(f"foot_{leg}", leg, 0.02, [0, 0, -0.5 * long], normal=up.tolist(), friction=0.8)
+        feet.append(sole)
         seen.append({"name": f"at_{leg}", "type": "contact", "contact": f"foot_{leg}"})
-    body = {"name": "trunk", "mass": 2.0, "inertia": [0.02, 0.03, 0.03], "rotation": quaternion(R)}
-    plane = {"name": "plane", "type": "planar", "bodies": ["ground", "trunk"], "at": [0, 0, 0], "axis": axis}
-    vary = {"parameters.gx": (-1.5, 1.5), "bodies.trunk.mass": (0.5, 5.0)}
+    body = parts.body("trunk", 2.0, [0.02, 0.03, 0.03], rotation=quaternion(R), position=(high * up).tolist())
+    plane = parts.joint("plane", "planar", "trunk", at=[0, 0, 0], axis=axis)
     return {
         "parameters": {"gx": 0.5},
         "model": {
             "gravity": [f"{along[i]}*gx + {-9.81 * up[i]}" for i in range(3)],
-            "bodies": [{**body, "position": (high * up).tolist()}, *legs],
+            "bodies": [body, *legs],
             "joints": [*hinges, plane],
             "forces": dry,
             "contacts": feet,
@@ -271,11 +249,7 @@ def trunk(R: Rotation, hips: float) -> dict[str, Any]:
         },
         "integrator": {**DOP853, "end_time": 0.4, "coordinates": "joint"},
         "output": {"every": 0.01},
-        "sweep": {
-            "runs": 24,
-            "seed": 1,
-            "vary": {x: {"distribution": "uniform", "low": low, "high": high} for x, (low, high) in vary.items()},
-        },
+        "sweep": parts.sweep(24, {"parameters.gx": (-1.5, 1.5), "bodies.trunk.mass": (0.5, 5.0)}, seed=1),
     }
 
 

@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 
 import lienumba
 from tests.oracles.changing import scenarios
+from tests.rigs import parts
 
 G, HALF, HEIGHT, INERTIA, END = scenarios.G, 0.15, 0.2, (0.01, 0.012, 0.015), 0.6
 
@@ -44,15 +45,10 @@ def test_the_ends_of_an_edge_hold_it_as_long_as_they_can(method: str) -> None:
     rng, runs = np.random.default_rng(5), 24
     friction = rng.uniform(0.25, 0.8, runs)
     along, tilt = rng.uniform(0.0, 0.09, runs) * friction * G, rng.uniform(0.05, 0.3, runs)
-    body = {"name": "box", "mass": 1, "inertia": INERTIA, "rotation": {"rotation_vector": ["tilt", 0, 0]}}
-    body |= {"position": [0, f"-{HEIGHT}*sin(tilt)", f"{HEIGHT}*cos(tilt)"], **scenarios.AT_REST}
-    contacts = [
-        {
-            "name": f"end_{n}", "type": "point_plane", "bodies": ["box", "ground"], "restitution": 0,
-            "points": [[x, 0, -HEIGHT], [0, 0, 0]], "friction": {"static": "friction", "kinetic": "friction"},
-        }
-        for n, x in enumerate((-HALF, HALF))
-    ]  # fmt: skip
+    rotation = {"rotation_vector": ["tilt", 0, 0]}
+    body = parts.resting("box", 1, INERTIA, [0, f"-{HEIGHT}*sin(tilt)", f"{HEIGHT}*cos(tilt)"], rotation=rotation)
+    rough: Any = {"restitution": 0, "friction": {"static": "friction", "kinetic": "friction"}}
+    contacts = parts.feet("box", [[x, 0, -HEIGHT] for x in (-HALF, HALF)], "end_", **rough)
     columns = {"parameters.friction": friction, "parameters.along": along, "parameters.tilt": tilt}
     data = {
         "title": "An edge", "parameters": {"friction": 0.5, "along": 0.1, "tilt": 0.1},

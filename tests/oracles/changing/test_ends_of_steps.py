@@ -1,15 +1,14 @@
 """Changes at the very end of a step, up to rounding, which leaves a rest of the step that is rounding, too."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
 import lienumba
 from tests.oracles.changing import scenarios
+from tests.rigs import parts
 
 STEP, E, END = 1e-3, 0.5, 0.4
-BODY = {"name": "body", "mass": 1, "inertia": [0.01] * 3, "rotation": [1, 0, 0, 0]} | scenarios.AT_REST
+BODY = parts.resting("body", 1, 0.01)
 STEPS, SPEEDS = (np.random.default_rng(3).choice(x, 200) for x in (np.arange(3, 350), np.array([0.3, 0.5, 1.0, 1.7])))
 TYPES = {
     "point_plane": ({}, 0.0),
@@ -39,12 +38,9 @@ def test_a_contact_is_hit_once(kind: str, method: str) -> None:
 def test_two_balls_that_part_sideways_are_not_hit_again() -> None:
     """Without restitution nothing is left of their approach, and they part by the tangential speed alone."""
 
-    def ball(name: str, mass: float, **start: Any) -> dict[str, Any]:
-        return BODY | {"name": name, "mass": mass} | start
-
     contact = {"name": "balls", "type": "sphere_sphere", "bodies": ["first", "second"], "radii": [0.1, 0.2]}
-    first = ball("first", 1.0, position=[0, 0.18, 0], velocity=[2.0, 0, 0])  # they touch at 0.18 s
-    second = ball("second", 3.0, position=[0.6, 0, 0])
+    first = parts.resting("first", 1.0, 0.01, [0, 0.18, 0], velocity=[2.0, 0, 0])  # they touch at 0.18 s
+    second = parts.resting("second", 3.0, 0.01, [0.6, 0, 0])
     ds = lienumba.run({
         "title": "Balls",
         "model": {"gravity": [0, 0, 0], "bodies": [first, second], "contacts": [contact]},

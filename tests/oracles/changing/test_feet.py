@@ -9,6 +9,7 @@ from scipy.optimize import minimize
 
 import lienumba
 from tests.oracles.changing import scenarios
+from tests.rigs import parts
 
 G, HEIGHT, END = scenarios.G, 0.1, 1.2
 SLIPS = 1.0  # s: the push grows so fast that the block slips then
@@ -17,17 +18,12 @@ SLIPS = 1.0  # s: the push grows so fast that the block slips then
 def block(feet: int, columns: dict[str, Any], **integrator: Any) -> dict[str, Any]:
     """1 kg, pushed along (x, y) by t times `rate` at a point; feet at given places."""
     names = ["rate_x", "rate_y", "at_x", "at_y", "above", *(f"{a}{n}" for n in range(feet) for a in "xy")]
-    contacts = [
-        {
-            "name": f"f{n}", "type": "point_plane", "bodies": ["block", "ground"], "restitution": 0,
-            "points": [[f"x{n}", f"y{n}", -HEIGHT], [0, 0, 0]], "friction": {"static": 0.3, "kinetic": 0.3},
-        }
-        for n in range(feet)
-    ]  # fmt: skip
-    body = {"name": "block", "mass": 1, "inertia": [0.1] * 3, "position": [0, 0, HEIGHT], "rotation": [1, 0, 0, 0]}
+    rough: Any = {"restitution": 0, "friction": {"static": 0.3, "kinetic": 0.3}}
+    contacts = parts.feet("block", [[f"x{n}", f"y{n}", -HEIGHT] for n in range(feet)], "f", **rough)
+    body = parts.resting("block", position=[0, 0, HEIGHT])
     push = {"name": "push", "type": "force", "body": "block", "value": ["rate_x*t", "rate_y*t", 0]}
     push |= {"point": ["at_x", "at_y", f"above - {HEIGHT}"]}
-    model = {"gravity": [0, 0, -G], "bodies": [body | scenarios.AT_REST], "contacts": contacts, "forces": [push]}
+    model = {"gravity": [0, 0, -G], "bodies": [body], "contacts": contacts, "forces": [push]}
     data = {"title": "A block", "parameters": dict.fromkeys(names, 0.1), "model": model}
     data |= {"integrator": scenarios.settings(END, 1e-10, **integrator), "output": {"times": [0, SLIPS, END]}}
     return data | {"sweep": scenarios.table({k: [float(x) for x in v] for k, v in columns.items()})}

@@ -9,6 +9,7 @@ import pytest
 import lienumba
 from tests.oracles.changing import scenarios
 from tests.oracles.changing.closed_forms import Belt, up_an_incline
+from tests.rigs import parts
 
 G = 9.81
 BELT = Belt(1.0, 60.0, 0.3, 0.5, 0.35)
@@ -56,20 +57,11 @@ def test_a_block_sent_up_an_incline_stays_or_comes_back() -> None:
 def test_a_foot_that_is_pushed_to_and_fro_slides_as_by_steps_in_its_series(tolerance: float) -> None:
     """Beside the moments where it begins to slide, and turns round, w/|w| had a series of rounding: energies of 50 J
     came from nowhere, or numbers without end."""
-    body = {"name": "b", "mass": 1, "inertia": [0.1] * 3, "position": [0, 0, 0.1], "rotation": [1, 0, 0, 0]}
-    foot = {"name": "foot", "type": "point_plane", "bodies": ["b", "ground"], "points": [[0, 0, -0.1], [0, 0, 0]]}
+    foot = parts.foot("foot", "b", [0, 0, -0.1], normal=[0, 0, 1], friction={"static": 0.4, "kinetic": 0.3})
     push = {"name": "push", "type": "force", "body": "b", "point": [0, 0, -0.1], "value": ["8*sin(12*t)", 0, 0]}
-    data = {
-        "title": "A foot",
-        "model": {
-            "gravity": [0, 0, -9.81],
-            "bodies": [body | scenarios.AT_REST],
-            "contacts": [foot | {"normal": [0, 0, 1], "friction": {"static": 0.4, "kinetic": 0.3}}],
-            "forces": [push],
-        },
-        "integrator": scenarios.settings(0.6, tolerance, method="taylor"),
-        "output": {"times": [0, 0.6]},
-    }
+    body = parts.resting(position=[0, 0, 0.1])
+    model = {"gravity": [0, 0, -9.81], "bodies": [body], "contacts": [foot], "forces": [push]}
+    data = scenarios.scenario("A foot", model, 0.6, tolerance, method="taylor")
     series = lienumba.run(data).isel(run=0)
     data["integrator"] = scenarios.settings(0.6)
     steps = lienumba.run(data).isel(run=0)
@@ -84,11 +76,10 @@ def test_feet_of_different_friction_slip_once_all_of_them_have_given_what_they_c
     """Four feet carry 2.5 N each, and two of them bear 0.25 N of a push of t N, two 0.75 N: from 1 s on the first have
     no more to give, and lean, and all slip at 2 s."""
     feet = [
-        {"name": f"foot_{n}", "type": "point_plane", "bodies": ["body", "ground"], "points": [[x, y, 0], [0, 0, 0]],
-         "normal": [0, 0, 1], "friction": friction}
+        parts.foot(f"foot_{n}", "body", (x, y, 0), normal=[0, 0, 1], friction=friction)
         for n, (x, y, friction) in enumerate([(-1, -1, 0.1), (-1, 1, 0.1), (1, -1, 0.3), (1, 1, 0.3)])
-    ]  # fmt: skip
-    body = {"name": "body", "mass": 1, "inertia": [1, 1, 1], "position": [0, 0, 0]}
+    ]
+    body = parts.body("body", 1, 1, position=[0, 0, 0])
     push = {"name": "push", "type": "force", "body": "body", "value": ["t", 0, 0]}
     data = {
         "title": "Feet", "model": {"gravity": [0, 0, -10], "bodies": [body], "contacts": feet, "forces": [push]},

@@ -17,6 +17,7 @@ from tests.oracles.changing.closed_forms import (
     rod_lies_down,
     swings_on_a_stop,
 )  # fmt: skip
+from tests.rigs import parts
 
 G = 9.81
 LENGTH = 1.0
@@ -25,23 +26,14 @@ LENGTH = 1.0
 @pytest.mark.parametrize("coordinates", ["lie", "joint"])
 def test_a_pendulum_bounces_off_a_rigid_stop(coordinates: str) -> None:
     J, arm, e, amplitude = 0.3, 0.5, 0.8, 1.2
-    data = {
-        "title": "A pendulum on a stop",
-        "model": {
-            "gravity": [0, 0, -G],
-            "bodies": [{"name": "bob", "mass": 1, "inertia": [J] * 3}],
-            "joints": [
-                {
-                    "name": "pivot", "type": "revolute", "bodies": ["ground", "bob"],
-                    "points": [[0, 0, 0], [0, 0, arm]],
-                    "axes": [[0, 1, 0]] * 2, "references": [[1, 0, 0]] * 2, "angle": amplitude, "rate": 0,
-                }
-            ],
-            "limits": [{"name": "stop", "joint": "pivot", "low": 0, "restitution": e}],
-        },
-        "integrator": scenarios.settings(8.0, coordinates=coordinates),
-        "output": {"times": [0, 8.0]},
-    }  # fmt: skip
+    place = parts.frames(parts.Y, second=[0, 0, arm]) | {"angle": amplitude, "rate": 0}
+    model = {
+        "gravity": [0, 0, -G],
+        "bodies": [parts.body("bob", 1, J)],
+        "joints": [parts.joint("pivot", "revolute", "bob", **place)],
+        "limits": [{"name": "stop", "joint": "pivot", "low": 0, "restitution": e}],
+    }
+    data = scenarios.scenario("A pendulum on a stop", model, 8.0, coordinates=coordinates)
     ds = lienumba.run(data).isel(run=0)
     pulsation = math.sqrt(G * arm / (J + arm**2))
     known = swings_on_a_stop(amplitude, pulsation, e, 6)
@@ -54,12 +46,11 @@ def test_a_pendulum_bounces_off_a_rigid_stop(coordinates: str) -> None:
 def rod(end: float, angle: float, height: float, **contact: Any) -> dict[str, Any]:
     """A uniform rod of 1 kg in the plane of x and z, turned upwards by `angle`, its lower end at this height."""
     J, half = LENGTH**2 / 12, 0.5 * LENGTH
-    rigid = {"type": "point_plane", "bodies": ["rod", "ground"], "restitution": 0.0, "rest_speed": 0.01} | contact
-    ends = [rigid | {"name": n, "points": [[x, 0, 0], [0, 0, 0]]} for n, x in (("low", half), ("high", -half))]
+    rigid = {"restitution": 0.0, "rest_speed": 0.01} | contact
+    ends = [parts.foot(n, "rod", [x, 0, 0], **rigid) for n, x in (("low", half), ("high", -half))]
     place = [0, 0, height + half * math.sin(angle)]
-    body = {"name": "rod", "mass": 1, "inertia": [1e-3, J, J], "position": place, "rotation": turned(angle)}
-    model = {"gravity": [0, 0, -G], "bodies": [body | scenarios.AT_REST], "contacts": ends}
-    return {"title": "A rod", "model": model, "integrator": scenarios.settings(end), "output": {"times": [0, end]}}
+    body = parts.resting("rod", 1, [1e-3, J, J], place, rotation=turned(angle))
+    return scenarios.scenario("A rod", {"gravity": [0, 0, -G], "bodies": [body], "contacts": ends}, end)
 
 
 def turned(angle: float) -> dict[str, Any]:
@@ -101,19 +92,13 @@ def test_newtons_cradle_by_newtons_rule() -> None:
     radius, v = 0.1, 1.0
     bodies, contacts = [], []
     for i, x in enumerate((-0.3, 0.0, 0.2)):
-        bodies.append(
-            {"name": f"b{i}", "mass": 1, "inertia": [0.004] * 3, "position": [x, 0, 0], "rotation": [1, 0, 0, 0]}
-        )
-        bodies[-1] |= scenarios.AT_REST | ({"velocity": [v, 0, 0]} if i == 0 else {})
+        bodies.append(parts.resting(f"b{i}", 1, 0.004, [x, 0, 0]) | ({"velocity": [v, 0, 0]} if i == 0 else {}))
         if i:
             contacts.append({
                 "name": f"c{i}", "type": "sphere_sphere", "bodies": [f"b{i}", f"b{i - 1}"], "radii": [radius, radius],
                 "restitution": 1.0,
             })  # fmt: skip
-    data = {
-        "title": "A cradle", "model": {"gravity": [0, 0, 0], "bodies": bodies, "contacts": contacts},
-        "integrator": scenarios.settings(0.3), "output": {"times": [0, 0.3]},
-    }  # fmt: skip
+    data = scenarios.scenario("A cradle", {"gravity": [0, 0, 0], "bodies": bodies, "contacts": contacts}, 0.3)
     ds = lienumba.run(data).isel(run=0, time=-1)
     np.testing.assert_allclose(ds.velocity.values[:, 0], cradle(v, 3), rtol=0, atol=1e-13)
     assert abs(float(ds.energy_residual)) < 1e-13
@@ -123,26 +108,14 @@ def test_a_rocking_block_changes_its_edge_as_housner_says() -> None:
     b, h, start = 0.1, 0.4, 0.1
     lean, radius = math.atan2(b, h), math.hypot(b, h)
     J = (4 * b * b + 4 * h * h) / 12
-    corner = {"type": "point_plane", "bodies": ["block", "ground"], "friction": 5.0, "rest_speed": 0.0}
     place = [radius * math.sin(lean - start), 0, radius * math.cos(lean - start)]
-    data = {
-        "title": "A block that rocks",
-        "model": {
-            "gravity": [0, 0, -G],
-            "bodies": [
-                {"name": "block", "mass": 1, "inertia": [J] * 3, "position": place, "rotation": turned(start)}
-                | scenarios.AT_REST
-            ],
-            "contacts": [
-                corner | {"name": n, "points": [[x, 0, -h], [0, 0, 0]]} for n, x in (("left", -b), ("right", b))
-            ],
-        },
-        "integrator": scenarios.settings(1.0),
-        "output": {"times": [0, 1.0]},
-    }
+    corners = [
+        parts.foot(n, "block", [x, 0, -h], friction=5.0, rest_speed=0.0) for n, x in (("left", -b), ("right", b))
+    ]
+    block = parts.resting("block", 1, J, place, rotation=turned(start))
     when, rate = block_rocks(b, h, start)
-    data["integrator"]["end_time"] = when + 1e-3
-    data["output"]["times"] = [0, when + 1e-3]
+    model = {"gravity": [0, 0, -G], "bodies": [block], "contacts": corners}
+    data = scenarios.scenario("A block that rocks", model, when + 1e-3)
     ds = lienumba.run(data).isel(run=0)
     impacts = scenarios.kinds(ds, "impact")
     assert ds.change_time.values[impacts][0] == pytest.approx(when, abs=1e-10)

@@ -9,11 +9,13 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import lienumba
+from tests.rigs import parts
 
 LOAD, END, RATIO = 4.0, 3.0, 1.3
 METHODS = {"dop853": 1e-10, "tsit54": 1e-9, "radau5": 1e-9, "radau9": 1e-11, "taylor": 1e-11}
-BOX: dict[str, Any] = {"name": "box", "mass": 1.0, "inertia": [0.1] * 3, "position": [0, 0, 0]}
-SLIDE: dict[str, Any] = {"name": "s", "type": "prismatic", "bodies": ["ground", "box"], "at": [0, 0, 0]}
+BOX = parts.body("box", 1.0, 0.1, position=[0, 0, 0])
+SLIDE = parts.joint("s", "prismatic", "box", at=[0, 0, 0])
+SWEEP = parts.sweep(24, {"parameters.c": (0.2, 3.05), "parameters.w": (3.0, 30.0)}, seed=3)
 SWEEP = {
     "runs": 24,
     "seed": 3,
@@ -31,7 +33,7 @@ def run(model: dict[str, Any], method: str, coordinates: str, **more: Any) -> An
         {
             "parameters": {"c": 1.0, "w": 5.0},
             "model": {"gravity": [0, 0, 0], "bodies": [BOX], **model},
-            "quantities": [{"name": "s", "type": "joint", "joint": "s"}],
+            "quantities": parts.observed("joint", "s"),
             "integrator": integrator,
             "output": output,
             "sweep": SWEEP,
@@ -77,7 +79,7 @@ def stick_slip(c: float, w: float, v: float) -> float:
 @pytest.mark.parametrize("method", METHODS)
 def test_what_sticks_under_a_swinging_load(method: str, coordinates: str) -> None:
     """It stays for many periods of the load, or for a moment of one."""
-    friction = {"name": "dry", "type": "friction", "joint": "s", "coulomb": "c", "static": f"{RATIO}*c"}
+    friction = parts.dry("s", "c", f"{RATIO}*c")
     swing = {"type": "actuator", "joint": "s", "value": f"{LOAD}*sin(w*t)"}
     joint = {**SLIDE, "axis": [1, 0, 0], "speed": 0.5}
     ds = run({"joints": [joint], "forces": [friction, swing]}, method, coordinates)
@@ -109,7 +111,7 @@ def test_what_rests_on_a_stop_is_lifted_on_time(method: str, coordinates: str) -
 @pytest.mark.parametrize("method", ["radau5", "taylor"])
 def test_stops_and_friction_together(method: str) -> None:
     """With impacts, and rests on stops that friction bears with, all methods do the same."""
-    friction = {"name": "dry", "type": "friction", "joint": "s", "coulomb": "c", "static": f"{RATIO}*c"}
+    friction = parts.dry("s", "c", f"{RATIO}*c")
     swing = {"type": "actuator", "joint": "s", "value": f"{LOAD}*sin(w*t) + where(t > 0.9, 2, 0)"}
     joint, stops = {**SLIDE, "axis": [1, 0, 0], "speed": 0.5}, {"low": -0.05, "high": 0.12, "restitution": 0.5}
     model = {"joints": [joint], "forces": [friction, swing], "limits": [{"joint": "s", **stops}]}
@@ -154,12 +156,12 @@ def slipping() -> tuple[dict[str, np.ndarray], np.ndarray]:
 def slide(x: dict[str, np.ndarray], folder: Path, method: str, tolerance: float) -> Any:
     table = folder / "loads.csv"
     np.savetxt(table, np.column_stack(list(x.values())), "%.17g", ",", header=",".join(x), comments="")
-    floor = {"name": "floor", "type": "point_plane", "bodies": ["box", "ground"], "normal": [0, 0, 1], "friction": "mu"}
+    floor = parts.foot("floor", "box", normal=[0, 0, 1], friction="mu")
     value = ["a*sin(u*t + p)", "b*sin(v*t + q)", "c*sin(w*t + r)"]
     model = {
         "gravity": [0, 0, -9.81],
         "bodies": [BOX],
-        "contacts": [{**floor, "points": [[0, 0, 0], [0, 0, 0]]}],
+        "contacts": [floor],
         "forces": [{"type": "force", "body": "box", "value": value}],
     }
     vary = {f"parameters.{name}": {"column": name} for name in x}
@@ -230,7 +232,7 @@ def test_what_passes_what_holds_for_a_moment(peak: str, tmp_path: Path) -> None:
             expected[k] = brentq(excess, before, after, xtol=1e-14)
     table = tmp_path / "loads.csv"
     np.savetxt(table, np.column_stack(list(x.values())), "%.17g", ",", header=",".join(x), comments="")
-    dry = {"name": "dry", "type": "friction", "joint": "s", "coulomb": "0.7*hold", "static": "hold"}
+    dry = parts.dry("s", "0.7*hold", "hold")
     model = {
         "gravity": [0, 0, 0],
         "bodies": [BOX],

@@ -1,23 +1,20 @@
 """What is locked in a loop leaves the loop's own rows nothing to say, and all other bodies as they move."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
 import lienumba
+from tests.rigs import parts
 
 
 @pytest.mark.parametrize("coordinates", ["lie", "joint"])
 def test_a_lock_in_a_loop_leaves_other_bodies_alone(coordinates: str) -> None:
     """A row whose freedoms are locked was taken for a singular position, and a body that is thrown coasted: 0.07 J."""
-    still = {"rotation": [1, 0, 0, 0]}
-    arm = {"name": "a", "mass": 1.0, "inertia": [0.02, 0.03, 0.01], "position": [0.3, 0.1, -0.2], **still}
-    thrown: dict[str, Any] = {"name": "b", "mass": 0.7, "inertia": [0.01, 0.015, 0.02], "position": [2, 0, 0], **still}
-    thrown |= {"velocity": [0.3, 0.2, 1.0], "angular_velocity": [3.0, 5.0, 1.0]}
-    cross = {"name": "u", "type": "universal", "bodies": ["ground", "a"], "points": [[0, 0, 0], [-0.3, -0.1, 0.2]]}
-    cross |= {"axes": [[1, 0, 0], [0, 1, 0]]}
-    rod = {"name": "rod", "type": "distance", "bodies": ["ground", "a"], "points": [[0.4, 0.5, 0.6], [0.1, 0.2, 0.05]]}
+    arm = parts.body("a", 1.0, [0.02, 0.03, 0.01], position=[0.3, 0.1, -0.2], rotation=[1, 0, 0, 0])
+    thrown = parts.resting("b", 0.7, [0.01, 0.015, 0.02], [2, 0, 0], velocity=[0.3, 0.2, 1.0])
+    thrown |= {"angular_velocity": [3.0, 5.0, 1.0]}
+    cross = parts.joint("u", "universal", "a", points=[[0, 0, 0], [-0.3, -0.1, 0.2]], axes=[[1, 0, 0], [0, 1, 0]])
+    rod = parts.joint("rod", "distance", "a", points=[[0.4, 0.5, 0.6], [0.1, 0.2, 0.05]])
     ds = lienumba.run({
         "model": {"bodies": [arm, thrown], "joints": [cross, rod]},
         "events": [{"name": "holds", "when": "t > 0.1", "action": "lock", "joint": "u"}],
