@@ -7,7 +7,6 @@ import pytest
 
 import lienumba
 from tests.oracles.changing import scenarios
-from tests.rigs import parts
 
 MASS, KINETIC, STATIC, BEGIN = 2.0, 3.0, 4.0, 0.3
 LAWS = {  # what a driver prescribes, and its second derivative
@@ -20,8 +19,8 @@ LAWS = {  # what a driver prescribes, and its second derivative
 
 def driven(law: str, **integrator: Any) -> dict[str, Any]:
     """A slide with dry friction whose displacement is prescribed."""
-    body = parts.body("body", MASS, 1.0, position=[0, 0, 0], rotation=[1, 0, 0, 0])
-    slide = parts.joint("slide", "prismatic", "body", at=[0, 0, 0], axis=[1, 0, 0])
+    body = {"name": "body", "mass": MASS, "inertia": [1.0] * 3, "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
+    slide = {"name": "slide", "type": "prismatic", "bodies": ["ground", "body"], "at": [0, 0, 0], "axis": [1, 0, 0]}
     along = {"joint": "slide", "coordinate": "displacement"}
     return {
         "title": "A driven slide",
@@ -30,7 +29,7 @@ def driven(law: str, **integrator: Any) -> dict[str, Any]:
             "bodies": [body],
             "joints": [slide],
             "drivers": [{"name": "motor", "value": law} | along],
-            "forces": [parts.dry("slide", KINETIC, STATIC, coordinate="displacement")],
+            "forces": [{"name": "dry", "type": "friction", "coulomb": KINETIC, "static": STATIC} | along],
         },
         "quantities": [{"name": "motor", "type": "driver_effort", "driver": "motor"}],
         "integrator": scenarios.settings(1.0, 1e-9) | integrator,
@@ -65,7 +64,7 @@ def test_what_nothing_can_move_sticks(coordinates: str) -> None:
     turn since a point of its nut stays in a plane."""
     inertia = [[0.1, 0.02, 0.01], [0.02, 0.2, 0.03], [0.01, 0.03, 0.15]]
     start = {"position": [0.3, 0.4, -0.2], "rotation": [0.6, 0.0, 0.8, 0.0]}
-    bodies = [parts.body(name, 1.3, inertia, **start) for name in ("first", "second", "nut")]
+    bodies = [{"name": name, "mass": 1.3, "inertia": inertia} | start for name in ("first", "second", "nut")]
     hinge = {"type": "revolute", "at": [0.1, -0.2, 0.3], "axis": [0.48, 0.6, 0.64]}
     ds = lienumba.run({
         "title": "A weld",
@@ -79,7 +78,7 @@ def test_what_nothing_can_move_sticks(coordinates: str) -> None:
                 hinge | {"name": "plane", "type": "point_in_plane", "bodies": ["nut", "ground"], "at": [0.7, 0.1, 0.4]},
             ],
             "forces": [
-                parts.dry(joint, 0.5, 0.8, name, coordinate="angle")
+                {"name": name, "type": "friction", "joint": joint, "coordinate": "angle", "coulomb": 0.5, "static": 0.8}
                 for name, joint in (("rust", "rusty"), ("dirt", "screw"))
             ],
         },

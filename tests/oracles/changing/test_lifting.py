@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import lienumba
-from tests.rigs import parts
 
 RUNS = 256
 PLACE, RATE, SPIN = np.array([-0.73, -0.54, 0.66]), np.array([0.26, 0.67, -0.4]), np.array([0.0, -0.39, -0.96])
@@ -25,10 +24,10 @@ def scenario(integrator: dict[str, Any]) -> dict[str, Any]:
     rod = PLACE + R @ HELD - PIVOT
     along = rod / np.linalg.norm(rod)
     velocity = RATE - along * (along @ (RATE + R @ np.cross(SPIN, HELD)))
-    body = parts.body(
-        "body", 1.1, [0.22, 0.08, 0.19], position=PLACE.tolist(), rotation=R.tolist(), velocity=velocity.tolist(),
-        angular_velocity=SPIN.tolist(),
-    )  # fmt: skip
+    body = {
+        "name": "body", "mass": 1.1, "inertia": [0.22, 0.08, 0.19], "position": PLACE.tolist(), "rotation": R.tolist(),
+        "velocity": velocity.tolist(), "angular_velocity": SPIN.tolist(),
+    }  # fmt: skip
     floor = {
         "name": "floor", "type": "sphere_plane", "bodies": ["body", "ground"], "normal": [0.23, -0.76, 0.61],
         "points": [[-0.01, -0.24, -0.34], [-0.21, -0.48, 0.28]], "radius": 0.11, "restitution": 0.0, "rest_speed": 0.1,
@@ -43,14 +42,14 @@ def scenario(integrator: dict[str, Any]) -> dict[str, Any]:
         "model": {
             "gravity": [0.5, -1.0, -9.0],
             "bodies": [body],
-            "joints": [parts.joint("rod", "distance", "body", points=points)],
+            "joints": [{"name": "rod", "type": "distance", "bodies": ["ground", "body"], "points": points}],
             "contacts": [floor],
             "forces": [spring],
             "quantities": [{"name": "touch", "type": "contact", "contact": "floor"}],
         },
         "integrator": {"end_time": 0.4, **integrator},
         "output": {"every": 0.02},
-        "sweep": parts.sweep(RUNS, {"parameters.k": (22.0, 23.0)}),
+        "sweep": {"runs": RUNS, "vary": {"parameters.k": {"distribution": "uniform", "low": 22.0, "high": 23.0}}},
     }
 
 

@@ -16,14 +16,6 @@ METHODS = {"dop853": 1e-10, "tsit54": 1e-9, "radau5": 1e-9, "radau9": 1e-11, "ta
 BOX = parts.body("box", 1.0, 0.1, position=[0, 0, 0])
 SLIDE = parts.joint("s", "prismatic", "box", at=[0, 0, 0])
 SWEEP = parts.sweep(24, {"parameters.c": (0.2, 3.05), "parameters.w": (3.0, 30.0)}, seed=3)
-SWEEP = {
-    "runs": 24,
-    "seed": 3,
-    "vary": {
-        "parameters.c": {"distribution": "uniform", "low": 0.2, "high": 3.05},
-        "parameters.w": {"distribution": "uniform", "low": 3.0, "high": 30.0},
-    },
-}
 
 
 def run(model: dict[str, Any], method: str, coordinates: str, **more: Any) -> Any:

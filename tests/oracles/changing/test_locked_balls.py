@@ -7,7 +7,6 @@ import pytest
 
 import lienumba
 from tests.oracles.changing import scenarios
-from tests.rigs import parts
 
 J, SPIN, RATE = np.array([0.2, 0.3, 0.4]), np.array([0.0, 0.0, 2.0]), 1.5
 TIMES = [0.0, 0.5, 1.0, 1.5, 2.0]
@@ -16,15 +15,14 @@ FLY = 1e8  # so heavy that the frame does not feel the body
 
 def spinning(coordinates: str, **ball: Any) -> dict[str, Any]:
     """A body on a ball joint at its mass centre, on a frame that turns about z; nothing acts on it."""
-    frame, body = (
-        parts.body(*own, position=[0, 0, 0], rotation=[1, 0, 0, 0])
-        for own in (("frame", 1, FLY), ("body", 2.0, J.tolist()))
-    )
-    hinge = parts.hinge("hinge", "frame", axis=parts.Z, rate=RATE)
-    joint = parts.joint("ball", "spherical", "body", "frame", at=[0, 0, 0], **ball)
+    still = {"position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
+    frame = {"name": "frame", "mass": 1, "inertia": [FLY] * 3} | still
+    body = {"name": "body", "mass": 2.0, "inertia": J.tolist()} | still
+    hinge = {"name": "hinge", "type": "revolute", "bodies": ["ground", "frame"], "at": [0, 0, 0], "axis": [0, 0, 1]}
+    joint = {"name": "ball", "type": "spherical", "bodies": ["frame", "body"], "at": [0, 0, 0]}
     return {
         "title": "A body in a frame",
-        "model": {"gravity": [0, 0, 0], "bodies": [frame, body], "joints": [hinge, joint]},
+        "model": {"gravity": [0, 0, 0], "bodies": [frame, body], "joints": [hinge | {"rate": RATE}, joint | ball]},
         "events": [],
         "integrator": scenarios.settings(2.0, coordinates=coordinates),
         "output": {"times": TIMES},
@@ -58,12 +56,11 @@ def test_it_turns_with_what_it_is_locked_to_and_is_freed_and_locked_again(coordi
 @pytest.mark.parametrize("coordinates", ["lie", "joint"])
 def test_what_begins_locked_is_held_as_it_begins_and_locked_again_where_it_has_got_to(coordinates: str) -> None:
     """A pendulum that hangs askew is held, falls, and is caught: with what it falls it stops, at any angle."""
-    turned = {"axis": [0, 0, 1], "angle": 2.0}
-    begins = parts.body("bob", 2.0, [0.1, 0.2, 0.3], rotation=turned, position=[0.5, 0, 0])
-    ball = parts.joint("ball", "spherical", "bob", at=[0, 0, 0], locked=True)
+    begins = {"name": "bob", "mass": 2.0, "inertia": [0.1, 0.2, 0.3], "rotation": {"axis": [0, 0, 1], "angle": 2.0}}
+    ball = {"name": "ball", "type": "spherical", "bodies": ["ground", "bob"], "at": [0, 0, 0], "locked": True}
     data = {
         "title": "A pendulum",
-        "model": {"gravity": [0, 0, -9.81], "bodies": [begins], "joints": [ball]},
+        "model": {"gravity": [0, 0, -9.81], "bodies": [begins | {"position": [0.5, 0, 0]}], "joints": [ball]},
         "events": [event("free", 0.5, "unlock"), event("hold", 1.0, "lock")],
         "integrator": scenarios.settings(2.0, coordinates=coordinates),
         "output": {"times": TIMES},
@@ -80,9 +77,9 @@ def test_what_begins_locked_is_held_as_it_begins_and_locked_again_where_it_has_g
 @pytest.mark.parametrize("coordinates", ["lie", "joint"])
 def test_a_ball_that_a_rod_holds_too_is_locked_by_what_is_left_to_hold(coordinates: str) -> None:
     """Of the three rows of the lock one says nothing new: the rod, which closes a loop, has said it before."""
-    body = parts.body("bob", 2.0, [0.1, 0.2, 0.3], rotation=[1, 0, 0, 0], position=[0.5, 0, 0])
-    ball = parts.joint("ball", "spherical", "bob", at=[0, 0, 0])
-    rod = parts.joint("rod", "distance", "bob", points=[[0.5, 0.7, 0.1], [0, 0.1, 0.2]])
+    body = {"name": "bob", "mass": 2.0, "inertia": [0.1, 0.2, 0.3], "rotation": [1, 0, 0, 0], "position": [0.5, 0, 0]}
+    ball = {"name": "ball", "type": "spherical", "bodies": ["ground", "bob"], "at": [0, 0, 0]}
+    rod = {"name": "rod", "type": "distance", "bodies": ["ground", "bob"], "points": [[0.5, 0.7, 0.1], [0, 0.1, 0.2]]}
     data = {
         "title": "A pendulum with a rod",
         "model": {"gravity": [0, 0, -9.81], "bodies": [body], "joints": [ball, rod]},

@@ -8,28 +8,19 @@ import pytest
 
 import lienumba
 from tests.oracles.changing import scenarios
+from tests.rigs import parts
 
 WAYS = [{"coordinates": "joint"}, {"coordinates": "lie"}, {"coordinates": "joint", "method": "taylor"}]
 
 
 def slide(events: list[Any], end: float = 1.0, *, way: dict[str, Any] = WAYS[0], **joint: Any) -> dict[str, Any]:
     """It rises by half the acceleration, 1 m/s2, times the square of the time."""
-    rail = {"name": "rail", "type": "prismatic", "bodies": ["ground", "gate"], "points": [[0, 0, 0]] * 2}
-    gate = {"name": "gate", "mass": 2.0, "inertia": [1.0] * 3, "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
-    return {
-        "title": "A gate",
-        "model": {
-            "gravity": [0, 0, 1.0],
-            "bodies": [gate | scenarios.AT_REST],
-            "joints": [rail | {"axes": [[0, 0, 1]] * 2, "references": [[1, 0, 0]] * 2} | joint],
-        },
-        "quantities": [
-            {"name": "rail", "type": "joint", "joint": "rail"},
-            {"name": "gate", "type": "point", "body": "gate"},
-        ],
+    gate = parts.resting("gate", 2.0, 1.0)
+    rail = parts.slide("rail", "gate", parts.Z, **joint)
+    model = {"gravity": [0, 0, 1.0], "bodies": [gate], "joints": [rail]}
+    return scenarios.scenario("A gate", model, end, **way) | {
+        "quantities": [*parts.observed("joint", "rail"), {"name": "gate", "type": "point", "body": "gate"}],
         "events": events,
-        "integrator": scenarios.settings(end, **way),
-        "output": {"times": [0, end]},
     }
 
 

@@ -7,24 +7,22 @@ import pytest
 
 import lienumba
 from tests.oracles.changing import scenarios
+from tests.rigs import parts
 
 LAST, END, LENGTH, ANGLE = 0.6, 1.1, 0.5, 0.7
 
 
 def pendulum(coordinates: str, gone: dict[str, float]) -> dict[str, Any]:
     """A rod at rest beside the vertical, held until both have gone."""
-    hinge = {"name": "hinge", "type": "revolute", "bodies": ["ground", "rod"], "points": [[0, 0, 0], [0, LENGTH, 0]]}
-    axes = {"axes": [[1, 0, 0]] * 2, "references": [[0, 1, 0]] * 2, "locked": True}
-    weld = {"name": "weld", "type": "fixed", "bodies": ["ground", "rod"], "at": [0, 0, 0]}
+    place = {"points": [[0, 0, 0], [0, LENGTH, 0]], "axes": [[1, 0, 0]] * 2, "references": [[0, 1, 0]] * 2}
+    hinge = parts.joint("hinge", "revolute", "rod", **place, locked=True)
+    weld = parts.joint("weld", "fixed", "rod", at=[0, 0, 0])
     c, s = np.cos(ANGLE), np.sin(ANGLE)
-    place = {"position": [0, -LENGTH * c, -LENGTH * s], "rotation": [np.cos(ANGLE / 2), np.sin(ANGLE / 2), 0, 0]}
+    rotation = [np.cos(ANGLE / 2), np.sin(ANGLE / 2), 0, 0]
+    rod = parts.resting("rod", 2, [0.1, 0.01, 0.1], [0, -LENGTH * c, -LENGTH * s], rotation=rotation)
     return {
         "title": "Let go",
-        "model": {
-            "gravity": [0, -scenarios.G, 0],
-            "bodies": [{"name": "rod", "mass": 2, "inertia": [0.1, 0.01, 0.1]} | place | scenarios.AT_REST],
-            "joints": [hinge | axes, weld],
-        },
+        "model": {"gravity": [0, -scenarios.G, 0], "bodies": [rod], "joints": [hinge, weld]},
         "events": [
             {"name": "unlock", "when": f"t > {gone['lock']}", "action": "unlock", "joint": "hinge"},
             {"name": "part", "when": f"t > {gone['weld']}", "action": "release", "joint": "weld"},

@@ -9,6 +9,7 @@ import pytest
 import lienumba
 from tests.oracles.changing import scenarios
 from tests.oracles.changing.closed_forms import bouncing
+from tests.rigs import parts
 
 G, E = 9.81, 0.5
 LENGTHS = np.array([1e-6, 1e-3, 1.0, 1e3])
@@ -50,25 +51,15 @@ def test_a_rebound_ends_that_would_rise_by_half_a_millionth_of_the_ball(datasets
 def test_a_mass_changes_no_motion() -> None:
     """A body that is dropped on three balls, rocks and slides to rest: forces have another unit than gaps and rates."""
     masses = np.array([1.0, 1e-6, 1e3, 1e6, 1e9])
-    contact = {
-        "type": "sphere_plane",
-        "bodies": ["block", "ground"],
-        "radius": 0.05,
-        "restitution": 0.4,
-        "friction": 0.3,
-    }
     feet = [[0.5, 0.1, -0.1], [-0.5, 0.1, -0.1], [0, -0.2, -0.1]]
-    body = {"name": "block", "mass": 1, "inertia": [0.05] * 3, "position": [0, 0, 0.3], "velocity": [0.3, 0, 0]}
-    body |= {"rotation": {"axis": [0, 1, 0], "angle": 0.2}, "angular_velocity": [0, 0, 0]}
+    contacts = [parts.sphere(f"foot_{i}", "block", 0.05, p, restitution=0.4, friction=0.3) for i, p in enumerate(feet)]
+    turn = {"axis": [0, 1, 0], "angle": 0.2}
+    body = parts.resting("block", 1, 0.05, [0, 0, 0.3], velocity=[0.3, 0, 0], rotation=turn)
     columns = {"bodies.block.mass": masses.tolist()}
     columns |= {f"bodies.block.inertia[{i}]": (0.05 * masses).tolist() for i in range(3)}
     ds = lienumba.run({
         "title": "Masses",
-        "model": {
-            "gravity": [0, 0, -G],
-            "bodies": [body],
-            "contacts": [contact | {"name": f"foot_{i}", "points": [p, [0, 0, 0]]} for i, p in enumerate(feet)],
-        },
+        "model": {"gravity": [0, 0, -G], "bodies": [body], "contacts": contacts},
         "integrator": scenarios.settings(1.5, 1e-10), "output": {"every": 0.25, "max_changes": 80},
         "sweep": scenarios.table(columns),
     })  # fmt: skip

@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 
 import lienumba
 from tests.oracles.changing import scenarios
+from tests.rigs import parts
 
 G, W = scenarios.G, 10.0
 
@@ -33,18 +34,13 @@ def test_all_feet_of_what_is_shaken_let_go_at_once(integrator: dict[str, Any], f
     """All their forces come to 0 at one time, which each of them has by rounding: those that were left, or touched
     anew, pulled, so that 13 of 20 ended as `contact_violated`."""
     angles = 0.3 + 2 * np.pi * np.arange(feet) / feet
-    body = {"mass": 1.5, "inertia": [0.01] * 3}
-    contacts = [
-        {"name": f"f{n}", "type": "point_plane", "bodies": ["box", "table"], "restitution": 0}
-        | {"points": [[0.1 * np.cos(a), 0.1 * np.sin(a), -0.1], [0, 0, 0]]}
-        | ({"friction": friction} if friction else {})
-        for n, a in enumerate(angles)
-    ]
+    places = [[0.1 * np.cos(a), 0.1 * np.sin(a), -0.1] for a in angles]
+    rough = {"friction": friction} if friction else {}
+    contacts = parts.feet("box", places, "f", to="table", restitution=0, **rough)
     model = {
         "gravity": [0, 0, -G],
-        "bodies": [body | {"name": "table", "position": [0, 0, 0]}, body | {"name": "box", "position": [0, 0, 0.1]}],
-        "joints": [{"name": "rail", "type": "prismatic", "bodies": ["ground", "table"], "at": [0, 0, 0],
-                    "axis": [0, 0, 1]}],
+        "bodies": [parts.body(name, 1.5, 0.01, position=[0, 0, z]) for name, z in (("table", 0), ("box", 0.1))],
+        "joints": [parts.joint("rail", "prismatic", "table", at=[0, 0, 0], axis=[0, 0, 1])],
         "drivers": [{"name": "shaker", "joint": "rail", "value": f"k*{G / W**2}*({W}*t - sin({W}*t))"}],
         "contacts": contacts,
     }  # fmt: skip

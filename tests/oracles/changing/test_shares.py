@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 
 import lienumba
 from tests.oracles.changing import scenarios
+from tests.rigs import parts
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
 G, HALF, HEIGHT, MU, END = 9.81, 0.1, 0.1, 0.3, 0.4
@@ -32,12 +33,9 @@ def sliding(t: float, y: Any) -> Any:
 
 
 def test_corners_that_slide_share_the_weight() -> None:
-    corner = {"type": "point_plane", "bodies": ["box", "ground"], "friction": MU}
-    contacts = [corner | {"name": f"c{n}", "points": [[*p, -HEIGHT], [0, 0, 0]]} for n, p in enumerate(CORNERS)]
-    body = {"name": "box", "mass": 1, "inertia": [J] * 3, "position": [0, 0, HEIGHT], "rotation": [1, 0, 0, 0]}
-    body |= {"velocity": [START[3], 0, 0], "angular_velocity": [0, 0, START[5]]}
-    model = {"gravity": [0, 0, -G], "bodies": [body], "contacts": contacts}
-    data = {"title": "A box", "model": model, "integrator": scenarios.settings(END), "output": {"times": [0, END]}}
+    contacts = parts.feet("box", [[*p, -HEIGHT] for p in CORNERS], "c", friction=MU)
+    body = parts.resting("box", 1, J, [0, 0, HEIGHT], velocity=[START[3], 0, 0], angular_velocity=[0, 0, START[5]])
+    data = scenarios.scenario("A box", {"gravity": [0, 0, -G], "bodies": [body], "contacts": contacts}, END)
     ds = lienumba.run(data).isel(run=0, body=0)
     found = solve_ivp(sliding, (0, END), START, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
     assert int(ds.status) == 0
@@ -54,20 +52,11 @@ def test_what_slides_is_noticed_to_turn_before_friction_changes_its_sign() -> No
     """On a table that tilts between two feet friction turned round would turn the sliding back: no step would end
     behind a right angle, and steps would creep along it."""
     legs = [(x, y, -0.64) for x in (0.52, -0.68) for y in (0.3, -0.4)]
-    foot = {"type": "point_plane", "bodies": ["table", "ground"], "friction": 0.5, "restitution": 0.3}
-    contacts = [
-        foot | {"name": f"c{n}", "rest_speed": 0.05, "points": [list(p), [0, 0, 0]]} for n, p in enumerate(legs)
-    ]
+    contacts = parts.feet("table", legs, "c", friction=0.5, restitution=0.3, rest_speed=0.05)
     tilt = {"axis": [0.6, 0.8, 0], "angle": 0.017708425042926194}
-    body = {"name": "table", "mass": 24, "inertia": [2.6, 3.9, 5.3, 0.1, 0.1, -0.4], "rotation": tilt}
-    body |= {"position": [0.08, 0.05, 0.76]}
+    body = parts.body("table", 24, [2.6, 3.9, 5.3, 0.1, 0.1, -0.4], rotation=tilt, position=[0.08, 0.05, 0.76])
     model = {"gravity": [0, 0, -G], "bodies": [body], "contacts": contacts}
-    data = {
-        "title": "A table",
-        "model": model,
-        "integrator": scenarios.settings(0.3, 1e-9),
-        "output": {"times": [0, 0.3]},
-    }
+    data = scenarios.scenario("A table", model, 0.3, 1e-9)
     ds = lienumba.run(data).isel(run=0)
     assert int(ds.status) == 0
     assert int(ds.steps) < 1000

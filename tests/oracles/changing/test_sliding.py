@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 import lienumba
-from tests.oracles.changing.scenarios import AT_REST, G, kinds, settings, table
+from tests.oracles.changing.scenarios import G, kinds, scenario, table
 from tests.oracles.changing.sliding import Tripod
+from tests.rigs import parts
 
 ANGLES = 2 * np.pi / 3 * np.arange(3)
 FEET = 0.1 * np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1) + [0.01, 0.0]
@@ -19,21 +20,12 @@ END = 1.0
 
 
 def tripod() -> dict[str, Any]:
-    body = {"name": "body", "mass": BODY.mass, "inertia": [0.004, 0.004, BODY.inertia], "position": [0, 0, BODY.height]}
-    feet = [
-        {
-            "name": f"foot_{n}", "type": "point_plane", "bodies": ["body", "ground"], "friction": BODY.friction,
-            "points": [[*foot, -BODY.height], [0, 0, 0]], "normal": [0, 0, 1],
-        }
-        for n, foot in enumerate(FEET.tolist())
-    ]  # fmt: skip
+    body = parts.resting("body", BODY.mass, [0.004, 0.004, BODY.inertia], [0, 0, BODY.height])
+    places = [[*foot, -BODY.height] for foot in FEET.tolist()]
+    feet = parts.feet("body", places, friction=BODY.friction, normal=[0, 0, 1])
     paths = ["bodies.body.velocity[0]", "bodies.body.velocity[1]", "bodies.body.angular_velocity[2]"]
-    return {
-        "title": "A tripod that turns",
-        "model": {"gravity": [0, 0, -G], "bodies": [body | AT_REST | {"rotation": [1, 0, 0, 0]}], "contacts": feet},
-        "integrator": settings(END, 1e-11), "output": {"times": [0, END]},
-        "sweep": table({path: STARTS[:, n] for n, path in enumerate(paths)}),
-    }  # fmt: skip
+    data = scenario("A tripod that turns", {"gravity": [0, 0, -G], "bodies": [body], "contacts": feet}, END, 1e-11)
+    return data | {"sweep": table({path: STARTS[:, n] for n, path in enumerate(paths)})}
 
 
 def test_it_sticks_where_and_rests_when_it_should() -> None:

@@ -9,27 +9,26 @@ import pytest
 
 import lienumba
 from tests.oracles.changing import scenarios
+from tests.rigs import parts
 
 G, HALF, HEIGHT, END = 9.81, 0.2, 0.5, 0.2  # the middle is at HEIGHT above the corners
 SLOPE, STEEP = 0.3, 0.45  # rad: tan = 0.31, and 0.48, more than HALF / HEIGHT = 0.4
+CORNERS = [[x, y, -HEIGHT] for x in (-HALF, HALF) for y in (-HALF, HALF)]
 STAYS, SLIDES, TIPS, LANDS = range(4)
 
 
 @pytest.fixture(scope="module")
 def dataset() -> Any:
     J = (HALF**2 + HEIGHT**2) / 3
-    corner = {"type": "point_plane", "bodies": ["box", "ground"], "rest_speed": 0.01, "friction": 1.0}
-    places = [(x, y) for x in (-HALF, HALF) for y in (-HALF, HALF)]
-    corners = [corner | {"name": f"c{n}", "points": [[x, y, -HEIGHT], [0, 0, 0]]} for n, (x, y) in enumerate(places)]
-    body = {"name": "box", "mass": 1, "inertia": [J] * 3, "position": [0, 0, HEIGHT], "rotation": [1, 0, 0, 0]}
+    corners = parts.feet("box", CORNERS, "c", rest_speed=0.01, friction=1.0)
+    body = parts.resting("box", 1, J, [0, 0, HEIGHT])
     slopes, friction = [SLOPE, SLOPE, STEEP, 0.0], [0.35, 0.25, 2.0, 0.5]
     columns = {
         "gravity[0]": [G * math.sin(a) for a in slopes],
         "gravity[2]": [-G * math.cos(a) for a in slopes],
         "bodies.box.position[2]": [HEIGHT, HEIGHT, HEIGHT, HEIGHT + 0.05],
     } | {f"contacts.c{n}.friction": friction for n in range(4)}
-    model = {"gravity": [0, 0, -G], "bodies": [body | scenarios.AT_REST], "contacts": corners}
-    data = {"title": "A box", "model": model, "integrator": scenarios.settings(END), "output": {"times": [0, END]}}
+    data = scenarios.scenario("A box", {"gravity": [0, 0, -G], "bodies": [body], "contacts": corners}, END)
     return lienumba.run(data | {"sweep": scenarios.table(columns)}).isel(body=0)
 
 
@@ -79,16 +78,12 @@ def test_modes_at_the_end_are_the_last_that_are_stored(dataset: Any) -> None:
 def test_friction_at_two_of_four_corners_takes_what_presses_there() -> None:
     """Down is along x: the upper corners have friction, the lower ones none; moments share the weight."""
     J, mu = (HALF**2 + HEIGHT**2) / 3, 0.25
-    corner = {"type": "point_plane", "bodies": ["box", "ground"], "rest_speed": 0.01}
-    places = [(x, y) for x in (-HALF, HALF) for y in (-HALF, HALF)]
-    corners = [
-        corner | {"name": f"c{n}", "points": [[x, y, -HEIGHT], [0, 0, 0]]} | ({"friction": mu} if x < 0 else {})
-        for n, (x, y) in enumerate(places)
-    ]
-    body = {"name": "box", "mass": 1, "inertia": [J] * 3, "position": [0, 0, HEIGHT], "rotation": [1, 0, 0, 0]}
+    corners = parts.feet("box", CORNERS, "c", rest_speed=0.01)
+    for corner in corners[:2]:
+        corner["friction"] = mu
+    body = parts.resting("box", 1, J, [0, 0, HEIGHT])
     down = [G * math.sin(SLOPE), 0, -G * math.cos(SLOPE)]
-    model = {"gravity": down, "bodies": [body | scenarios.AT_REST], "contacts": corners}
-    data = {"title": "A box", "model": model, "integrator": scenarios.settings(END), "output": {"times": [0, END]}}
+    data = scenarios.scenario("A box", {"gravity": down, "bodies": [body], "contacts": corners}, END)
     run = lienumba.run(data).isel(run=0, body=0)
     pressed = G * math.cos(SLOPE) / (2 + mu * HEIGHT / HALF)
     a = G * math.sin(SLOPE) - mu * pressed

@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 
 import lienumba
 from tests.oracles.changing import scenarios
+from tests.rigs import parts
 
 G, HEIGHT, END, DISSIPATION = 9.81, 0.5, 0.7, 0.1
 
@@ -22,10 +23,10 @@ def restitution(speed: float) -> float:
 def test_a_contact_that_yields_comes_to_the_rigid_one() -> None:
     speed = math.sqrt(2 * G * HEIGHT)
     e, fall = restitution(speed), speed / G
-    body = {"name": "stone", "mass": 2, "inertia": [0.1] * 3, "position": [0, 0, HEIGHT], "rotation": [1, 0, 0, 0]}
+    body = parts.resting("stone", 2, 0.1, [0, 0, HEIGHT])
     floor = {"name": "floor", "type": "point_plane", "bodies": ["stone", "ground"]}
-    model = {"gravity": [0, 0, -G], "bodies": [body | scenarios.AT_REST]}
-    data = {"title": "Stiff", "integrator": scenarios.settings(END, 1e-11), "output": {"times": [0, END]}}
+    model = {"gravity": [0, 0, -G], "bodies": [body]}
+    data = scenarios.scenario("Stiff", model, END, 1e-11)
     t = END - fall
     known = np.array([e * speed * t - 0.5 * G * t**2, e * speed - G * t])
     rigid = lienumba.run(data | {"model": model | {"contacts": [floor | {"restitution": e}]}}).isel(run=0, time=-1)
@@ -42,11 +43,9 @@ def test_a_contact_that_yields_comes_to_the_rigid_one() -> None:
 def test_an_end_stop_comes_to_the_rigid_one() -> None:
     """A slide against a spring with a damper of the same damping ratio D: what leaves it, by a force that never pulls,
     is slower by exp(-D w t) (cos + ...), whatever the stiffness; without damping, as fast as it came."""
-    body = {"name": "cart", "mass": 2, "inertia": [0.1] * 3}
-    slide = {"name": "rail", "type": "prismatic", "bodies": ["ground", "cart"], "points": [[0, 0, 0]] * 2}
-    slide |= {"axes": [[1, 0, 0]] * 2, "references": [[0, 1, 0]] * 2, "displacement": 0, "speed": 1.0}
-    model = {"gravity": [0, 0, 0], "bodies": [body], "joints": [slide]}
-    data = {"title": "A buffer", "integrator": scenarios.settings(1.0, 1e-11), "output": {"times": [0, 1.0]}}
+    slide = parts.slide("rail", "cart", displacement=0, speed=1.0)
+    model = {"gravity": [0, 0, 0], "bodies": [parts.body("cart", 2, 0.1)], "joints": [slide]}
+    data = scenarios.scenario("A buffer", model, 1.0, 1e-11)
     ratio, stiffness = 0.2, np.array([1e5, 1e7, 1e9])
     # until the force would pull: k x + d v = 0, of x = exp(-a t) sin(w t) / w
     decay, pulsation = ratio, math.sqrt(1 - ratio**2)

@@ -9,6 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 import lienumba
+from tests.rigs import parts
 
 RUNS, END, FREQUENCY, INERTIA = 48, 6.0, 2.0, 0.2 + 0.3**2  # the last about the axis, kg m^2
 KINETIC, RESTITUTION = 1.0, 0.3  # N m, and of its speed
@@ -16,19 +17,16 @@ FINE = 4000
 
 
 def scenario(static: float, integrator: dict[str, Any]) -> dict[str, Any]:
-    rotor = {"name": "rotor", "mass": 1.0, "inertia": [0.1, 0.2, 0.3], "position": [0.3, 0, 0]}
-    pivot = {
-        "name": "pivot", "type": "revolute", "bodies": ["ground", "rotor"], "at": [0, 0, 0], "axis": [0, 1, 0],
-    }  # fmt: skip
+    rotor = parts.body("rotor", 1.0, [0.1, 0.2, 0.3], position=[0.3, 0, 0])
     return {
         "parameters": {"strength": 2.0},
         "model": {
             "gravity": [0, 0, 0],
             "bodies": [rotor],
-            "joints": [pivot],
+            "joints": [parts.hinge("pivot", "rotor")],
             "limits": [{"name": "stop", "joint": "pivot", "low": 0, "restitution": RESTITUTION}],
             "forces": [
-                {"name": "dry", "type": "friction", "joint": "pivot", "coulomb": KINETIC, "static": static},
+                parts.dry("pivot", KINETIC, static),
                 {"name": "load", "type": "actuator", "joint": "pivot", "value": f"strength*sin({FREQUENCY}*t)"},
             ],
             "quantities": [
@@ -38,7 +36,7 @@ def scenario(static: float, integrator: dict[str, Any]) -> dict[str, Any]:
         },
         "integrator": {"end_time": END, **integrator, **({"max_step": 0.05} if "tolerance" in integrator else {})},
         "output": {"every": 0.05},
-        "sweep": {"runs": RUNS, "vary": {"parameters.strength": {"distribution": "uniform", "low": 1.0, "high": 4.0}}},
+        "sweep": parts.sweep(RUNS, {"parameters.strength": (1.0, 4.0)}),
     }
 
 

@@ -10,19 +10,15 @@ from scipy.optimize import brentq
 import lienumba
 from lienumba.mechanics.system.switched import turning
 from tests.oracles.changing import scenarios
+from tests.rigs import parts
 
 G = 9.81
-AXES = {"axes": [[1, 0, 0]] * 2, "references": [[0, 1, 0]] * 2}
 
 
 def thrown(points: list[Any], inertia: list[float], end: float, mass: float = 1.0, **contact: Any) -> dict[str, Any]:
     """A body whose points may touch a floor; its state is for a sweep to vary."""
-    body = {"name": "b", "mass": mass, "inertia": inertia, "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
-    contacts = [
-        {"name": f"foot_{n}", "type": "point_plane", "bodies": ["b", "ground"], "points": [p, [0, 0, 0]]} | contact
-        for n, p in enumerate(points)
-    ]
-    model = {"gravity": [0, 0, -G], "bodies": [body | scenarios.AT_REST], "contacts": contacts}
+    body = parts.resting("b", mass, inertia)
+    model = {"gravity": [0, 0, -G], "bodies": [body], "contacts": parts.feet("b", points, **contact)}
     output = {"every": end / 60, "variables": ["position", "rotation", "energy", "velocity", "angular_velocity"]}
     return {"model": model, "integrator": scenarios.settings(end, 1e-9), "output": output}
 
@@ -66,15 +62,13 @@ def test_a_corner_that_begins_to_slide_does_so_against_its_friction(friction: fl
 @pytest.mark.parametrize(("coulomb", "sets"), [("0.5 - t", None), ("c", {"c": -1.0}), ("c", {"c": "-t"})])
 def test_friction_that_becomes_negative_ends_a_run(coulomb: str, sets: dict[str, Any] | None) -> None:
     """It went on as a success, faster and faster."""
-    slider = {"name": "b", "mass": 1.0, "inertia": [1, 1, 1]}
-    rail = {"name": "r", "type": "prismatic", "bodies": ["ground", "b"], "points": [[0, 0, 0]] * 2}
+    rail = parts.slide("r", "b", displacement=0.0, speed=2.0)
     brake = {"type": "friction", "joint": "r", "coulomb": coulomb, "static": 0.6}
     for integrator in ({"tolerance": 1e-8}, {"method": "rk4", "step": 0.01}):
         ds = lienumba.run(
             {
                 "parameters": {"c": 0.5},
-                "model": {"bodies": [slider], "joints": [rail | AXES | {"displacement": 0.0, "speed": 2.0}],
-                          "forces": [brake]},
+                "model": {"bodies": [parts.body("b", 1.0, 1)], "joints": [rail], "forces": [brake]},
                 "events": [{"name": "e", "when": "t > 0.6", "action": "set", "parameters": sets}] if sets else [],
                 "integrator": integrator | {"end_time": 1.5},
             }

@@ -9,6 +9,7 @@ import lienumba
 from lienumba.integrators.drivers.events import search
 from lienumba.mechanics.system.switched import turning
 from tests.oracles.changing import scenarios
+from tests.rigs import parts
 
 DEEP, G, END = 4e-11, scenarios.G, 0.1  # m: far less than a billionth of the size of what touches
 RATES = [0.0, 1e-7, 1e-6, 1e-5, 2e-5, 2.5e-5]  # m/s, upwards: gravity ends them within DEEP
@@ -47,12 +48,8 @@ def test_a_ball_on_its_way_out_of_a_floor_stays(method: str) -> None:
 
 @pytest.mark.parametrize("method", ["dop853", "rk4"])
 def test_a_slider_on_its_way_out_of_a_stop_stays(method: str) -> None:
-    slider = {"name": "slider", "mass": 1, "inertia": [0.1] * 3}
-    slide = {
-        "name": "slide", "type": "prismatic", "bodies": ["ground", "slider"], "points": [[0, 0, 0]] * 2,
-        "axes": [[0, 0, 1]] * 2, "references": [[1, 0, 0]] * 2, "displacement": -DEEP, "speed": 0.0,
-    }  # fmt: skip
-    model = {"gravity": [0, 0, -G], "bodies": [slider], "joints": [slide]}
+    slide = parts.slide("slide", "slider", parts.Z, displacement=-DEEP, speed=0.0)
+    model = {"gravity": [0, 0, -G], "bodies": [parts.body("slider")], "joints": [slide]}
     model["limits"] = [{"joint": "slide", "low": 0.0, "restitution": 0.3}]
     ds = resting({"title": "A stop", "model": model, "output": {"times": [0, END]}}, "joints.slide.speed", method)
     np.testing.assert_allclose(ds.position.isel(time=-1, body=0, axis=2), 0.0, atol=1e-10)

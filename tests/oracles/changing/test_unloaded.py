@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import lienumba
+from tests.rigs import parts
 
 G, MU = 9.81, 0.5
 RADIUS, INERTIA = 0.1, 0.004
@@ -13,35 +14,30 @@ INTEGRATORS: tuple[dict[str, Any], ...] = ({"method": "dop853", "tolerance": 1e-
 CORNERS = ((0.1, 0.1), (-0.1, 0.1), (0.1, -0.1), (-0.1, -0.1))
 
 
+FRICTION = {"static": 0.6, "kinetic": MU}
+
+
 def body(x: float, **more: Any) -> dict[str, Any]:
-    return {"name": "body", "mass": 1, "inertia": [INERTIA] * 3, "position": [x, 0, 1]} | more
+    return parts.body("body", 1, INERTIA, position=[x, 0, 1], **more)
 
 
-def wall(name: str, kind: str, point: tuple[float, float, float], **more: Any) -> dict[str, Any]:
-    points = [list(point), [0, 0, 0]]
-    return {
-        "name": name, "type": kind, "bodies": ["body", "ground"], "points": points, "normal": [-1, 0, 0],
-        "friction": {"static": 0.6, "kinetic": MU},
-    } | more  # fmt: skip
+def wall(name: str, point: tuple[float, float, float], **more: Any) -> dict[str, Any]:
+    return parts.foot(name, "body", point, normal=[-1, 0, 0], friction=FRICTION, **more)
 
 
 def ball(**more: Any) -> dict[str, Any]:
-    contact = wall("wall", "sphere_plane", (0, 0, 0), radius=RADIUS)
+    contact = wall("wall", (0, 0, 0), type="sphere_plane", radius=RADIUS)
     return {"gravity": [0, 0, -G], "bodies": [body(-RADIUS, **more)], "contacts": [contact]}
 
 
 def box() -> dict[str, Any]:
-    contacts = [wall(f"w{n}", "point_plane", (0.1, *corner)) for n, corner in enumerate(CORNERS)]
+    contacts = [wall(f"w{n}", (0.1, *corner)) for n, corner in enumerate(CORNERS)]
     return {"gravity": [0, 0, -G], "bodies": [body(-0.1)], "contacts": contacts}
 
 
 def rod(height: float) -> dict[str, Any]:
     """Askew, so that friction would turn it into the wall, or away from it."""
-    return {
-        "gravity": [0, 0, -G],
-        "bodies": [body(-0.5)],
-        "contacts": [wall("wall", "point_plane", (0.5, 0, height))],
-    }
+    return {"gravity": [0, 0, -G], "bodies": [body(-0.5)], "contacts": [wall("wall", (0.5, 0, height))]}
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=["dop853", "rk4"])

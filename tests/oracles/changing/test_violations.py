@@ -10,6 +10,7 @@ from lienumba.mechanics.mechanism.kinematics import OFF, STICK
 from lienumba.mechanics.system.switched import turning
 from lienumba.numerics.operations import where
 from tests.oracles.changing import scenarios
+from tests.rigs import parts
 
 G, UNIT = 9.81, 1e-4
 
@@ -21,10 +22,8 @@ def ends(ds: Any) -> list[str]:
 
 def standing(height: float, **contact: Any) -> dict[str, Any]:
     """A point of 1 kg; what a floor gives back of impacts is a number of each run."""
-    body = {"name": "b", "mass": 1.0, "inertia": [0.1, 0.1, 0.1], "position": [0, 0, height], "rotation": [1, 0, 0, 0]}
-    floor = {"name": "floor", "type": "point_plane", "bodies": ["b", "ground"], "points": [[0, 0, 0]] * 2}
-    floor["restitution"] = 0.5
-    model = {"gravity": [0.1, 0.2, -G], "bodies": [body | scenarios.AT_REST], "contacts": [floor | contact]}
+    floor = parts.foot("floor", "b", restitution=0.5, **contact)
+    model = {"gravity": [0.1, 0.2, -G], "bodies": [parts.resting("b", 1.0, 0.1, [0, 0, height])], "contacts": [floor]}
     data = {"model": model, "integrator": scenarios.settings(0.1, 1e-9)}
     return data | {"sweep": scenarios.table({"contacts.floor.restitution": [0.05, 0.2]})}
 
@@ -59,12 +58,10 @@ def test_what_only_pushes_does_nothing_else(
 def test_what_is_closed_does_not_move(first: str) -> None:
     """Where a plane touches the top of a ball a point rests on both, which say the same. As it is pushed along the
     plane they do no longer, and one of the two is not used: it would sink into the plane, or the ball follow it."""
-    point = [0, 0, 0]
-    body = {"name": "b", "mass": 1.3, "inertia": [0.1, 0.2, 0.3], "position": point, "rotation": [1, 0, 0, 0]}
-    plane = {"name": "plane", "type": "point_plane", "points": [point, point], "normal": [0, 0, 1]}
-    ball = {"name": "ball", "type": "sphere_sphere", "points": [point, [0, 0, -1]], "radii": [0.3, 0.7]}
-    both = [x | {"bodies": ["b", "ground"]} for x in ((plane, ball) if first == "plane" else (ball, plane))]
-    model = {"gravity": [0.5, 0, -G], "bodies": [body | scenarios.AT_REST], "contacts": both}
+    plane = parts.foot("plane", "b", normal=[0, 0, 1])
+    ball = parts.foot("ball", "b", on=[0, 0, -1], type="sphere_sphere", radii=[0.3, 0.7])
+    both = [plane, ball] if first == "plane" else [ball, plane]
+    model = {"gravity": [0.5, 0, -G], "bodies": [parts.resting("b", 1.3, [0.1, 0.2, 0.3])], "contacts": both}
     ds = lienumba.run({"model": model, "integrator": scenarios.settings(0.5, 1e-9)}, progress=False)
     assert ends(ds) == ["contact_violated"]
     assert np.isnan(ds.energy.values[0, -1])

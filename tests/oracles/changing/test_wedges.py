@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 
 import lienumba
+from tests.rigs import parts
 
 HEIGHT, ASIDE = 1.0, 0.1  # of the hinge over the floor, of the tip from below the hinge
 
 
 def rod(friction: float, restitution: float) -> dict[str, Any]:
     """It turns at -1 rad/s, weightless, and comes down 0.1 s from the start."""
-    body = {"name": "b", "mass": 1.0, "inertia": [0.05] * 3}
-    hinge = {"name": "h", "type": "revolute", "bodies": ["ground", "b"], "points": [[0, 0, 0], [0, 0, 0.5]]}
-    hinge |= {"axes": [[0, 1, 0]] * 2, "references": [[1, 0, 0]] * 2, "rate": -1.0}
-    hinge |= {"angle": np.arctan(ASIDE / HEIGHT) + 0.1}
-    tip = {"name": "f", "type": "point_plane", "bodies": ["b", "ground"], "normal": [0, 0, 1], "friction": friction}
-    tip |= {"points": [[0, 0, 0.5 - np.hypot(HEIGHT, ASIDE)], [0, 0, -HEIGHT]], "restitution": restitution}
-    rate = {"name": "h", "type": "joint", "joint": "h"}
-    return {"gravity": [0, 0, 0], "bodies": [body], "joints": [hinge], "contacts": [tip], "quantities": [rate]}
+    turns = parts.frames(parts.Y, second=[0, 0, 0.5]) | {"rate": -1.0, "angle": np.arctan(ASIDE / HEIGHT) + 0.1}
+    hinge = parts.joint("h", "revolute", "b", **turns)
+    tip = parts.foot("f", "b", [0, 0, 0.5 - np.hypot(HEIGHT, ASIDE)], [0, 0, -HEIGHT], restitution=restitution)
+    tip |= {"normal": [0, 0, 1], "friction": friction}
+    rate = parts.observed("joint", "h")
+    bodies = [parts.body("b", 1.0, 0.05)]
+    return {"gravity": [0, 0, 0], "bodies": bodies, "joints": [hinge], "contacts": [tip], "quantities": rate}
 
 
 @pytest.mark.parametrize("coordinates", ["lie", "joint"])
@@ -50,9 +50,8 @@ def test_what_an_impact_has_jammed_rests_where_nothing_acts(coordinates: str) ->
         {"name": "a", "mass": 0.6385528825033886, "inertia": [0.0273, 0.030340371343830733, 0.0319]},
         {"name": "b", "mass": 1.5722303243460332, "inertia": [0.0475, 0.052759579740170565, 0.0554]},
     ]
-    along = {"type": "revolute", "axes": [[0, 1, 0]] * 2, "references": [[1, 0, 0]] * 2}
-    shoulder = along | {"name": "s", "bodies": ["ground", "a"], "points": [[0, 0, 0], [-0.3, 0, 0]]}
-    elbow = along | {"name": "e", "bodies": ["a", "b"], "points": [[0.31, 0, 0], [-0.32, 0, 0]]}
+    shoulder = parts.joint("s", "revolute", "a", **parts.frames(parts.Y, second=[-0.3, 0, 0]))
+    elbow = parts.joint("e", "revolute", "b", "a", **parts.frames(parts.Y, [0.31, 0, 0], [-0.32, 0, 0]))
     shoulder |= {"angle": -2.7163803467379726, "rate": 2.3035367485602327}
     elbow |= {"angle": -1.2764487580025126, "rate": -6.052640761139412}
     wall = {"type": "point_plane", "restitution": 0.7, "rest_speed": 1e-9}
