@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 import lienumba
+from tests.rigs import parts
 
 G = 9.81
 SHORT = {"integrator": {"step": 1e-3, "end_time": 0.1}}
@@ -18,23 +19,10 @@ def door(turn: list[float], hinges: int) -> dict[str, Any]:
     """Of 20 kg on as many hinges along one axis, all of it turned, with a coil spring that shuts it."""
     R = Rotation.from_rotvec(turn)
     lie = np.roll(R.as_quat(), 1).tolist()
-    leaf = {
-        "name": "leaf",
-        "mass": 20,
-        "inertia": [2, 3, 1],
-        "position": R.apply([0.4, 0, 0.9]).tolist(),
-        "rotation": lie,
-    }
+    leaf = parts.body("leaf", 20, [2, 3, 1], position=R.apply([0.4, 0, 0.9]).tolist(), rotation=lie)
     axis = R.apply([0, 0, 1]).tolist()
     joints = [
-        {
-            "name": f"h{n}",
-            "type": "revolute",
-            "bodies": ["ground", "leaf"],
-            "at": R.apply([0, 0, z]).tolist(),
-            "axis": axis,
-        }
-        for n, z in enumerate((0.2, 1.6, 1.1)[:hinges])
+        parts.hinge(f"h{n}", "leaf", R.apply([0, 0, z]).tolist(), axis) for n, z in enumerate((0.2, 1.6, 1.1)[:hinges])
     ]
     coil = {"type": "torsion_spring", "joint": "h0", "stiffness": 30, "damping": 5, "free_angle": 0.1}
     model = {"gravity": [0, 0, -G], "bodies": [leaf], "joints": joints, "forces": [coil]}
@@ -60,19 +48,12 @@ def test_more_hinges_than_it_takes_say_the_same(turn: list[float], hinges: int) 
 
 def driven(forces: list[dict[str, Any]], inputs: dict[str, Any], gravity: float = 0.0) -> dict[str, Any]:
     """A wheel on a hinge, or with gravity a pendulum."""
-    wheel = {
-        "name": "w",
-        "mass": 1,
-        "inertia": [0.1] * 3,
-        "position": [0, 0, -0.5 * (gravity > 0)],
-        "rotation": [1, 0, 0, 0],
-    }
-    hinge = {"name": "j", "type": "revolute", "bodies": ["ground", "w"], "at": [0, 0, 0], "axis": [0, 1, 0]}
+    wheel = parts.body("w", position=[0, 0, -0.5 * (gravity > 0)], rotation=[1, 0, 0, 0])
     seen = [{"name": "turn", "type": "joint", "joint": "j"}]
     seen += [
         {"name": "s" if len(inputs) == 1 else name, "type": "expression", "value": f"inputs.{name}"} for name in inputs
     ]
-    model = {"gravity": [0, 0, -gravity], "bodies": [wheel], "joints": [hinge], "forces": forces}
+    model = {"gravity": [0, 0, -gravity], "bodies": [wheel], "joints": [parts.hinge("j", "w")], "forces": forces}
     return {"model": model, "quantities": seen, "inputs": inputs, **SHORT}
 
 
@@ -93,9 +74,7 @@ def test_what_follows_slowly_moves_against_the_forces_that_there_are(torque: dic
         body, angle = held["model"]["bodies"][0], rest - below
         body["position"] = [-0.5 * np.sin(angle), 0, -0.5 * np.cos(angle)]
         del body["rotation"]
-        held["model"]["joints"][0] |= {"points": [[0, 0, 0], [0, 0, 0.5]], "axes": [[0, 1, 0]] * 2}
-        held["model"]["joints"][0] |= {"references": [[1, 0, 0]] * 2, "angle": angle}
-        del held["model"]["joints"][0]["at"], held["model"]["joints"][0]["axis"]
+        held["model"]["joints"] = [parts.pivot("j", "w", second=[0, 0, 0.5], angle=angle)]
         found = lienumba.equilibrium(held)
         assert found.status.item() == 0
         assert found["turn.angle"].item() == pytest.approx(rest, abs=1e-9)
@@ -147,14 +126,10 @@ def test_a_servo_behind_a_filter_finds_its_place(start: float, load: float) -> N
 @pytest.mark.parametrize("angle", [0.0, -0.25, 0.5])
 def test_a_servo_at_its_limit_comes_to_where_it_holds(kp: float, angle: float) -> None:
     """30 N m to either side, and stiff within 30/kp alone: a step from one limit to the other is too long."""
-    arm = {"name": "w", "mass": 1, "inertia": [0.1] * 3}
-    hinge = {
-        "name": "j", "type": "revolute", "bodies": ["ground", "w"], "points": [[0, 0, 0], [-0.5, 0, 0]],
-        "axes": [[0, 1, 0]] * 2, "references": [[1, 0, 0]] * 2, "angle": angle,
-    }  # fmt: skip
+    hinge = parts.pivot("j", "w", second=[-0.5, 0, 0], angle=angle)
     motor = {"type": "actuator", "joint": "j", "value": "inputs.hold"}
     scenario = {
-        "model": {"gravity": [0, 0, -G], "bodies": [arm], "joints": [hinge], "forces": [motor]},
+        "model": {"gravity": [0, 0, -G], "bodies": [parts.body("w")], "joints": [hinge], "forces": [motor]},
         "inputs": {"hold": {"joint": "j", "kp": kp, "kd": 0.05 * kp, "target": -0.3, "limit": 30}},
         "quantities": [{"name": "turn", "type": "joint", "joint": "j"}],
     } | SHORT
@@ -165,23 +140,19 @@ def test_a_servo_at_its_limit_comes_to_where_it_holds(kp: float, angle: float) -
 
 @pytest.mark.parametrize("angle", [3.1415, 3.141592, 3.14159265, 3.1415926535])
 def test_what_is_hardly_beside_an_unstable_place_comes_to_a_stable_one(angle: float) -> None:
-    bob = {"name": "w", "mass": 1, "inertia": [0.1] * 3}
-    hinge = {
-        "name": "j", "type": "revolute", "bodies": ["ground", "w"], "points": [[0, 0, 0], [0, 0, 0.5]],
-        "axes": [[0, 1, 0]] * 2, "references": [[1, 0, 0]] * 2, "angle": angle,
-    }  # fmt: skip
+    hinge = parts.pivot("j", "w", second=[0, 0, 0.5], angle=angle)
     seen = {"name": "turn", "type": "joint", "joint": "j"}
-    found = lienumba.equilibrium({"model": {"bodies": [bob], "joints": [hinge]}, "quantities": [seen], **SHORT})
+    model = {"bodies": [parts.body("w")], "joints": [hinge]}
+    found = lienumba.equilibrium({"model": model, "quantities": [seen], **SHORT})
     assert found.status.item() == 0
     assert found["turn.angle"].item() == pytest.approx(0.0, abs=1e-10)
 
 
 def arm(**more: Any) -> dict[str, Any]:
     """Of half a metre on a hinge, along x, with a weak coil spring."""
-    body = {"name": "w", "mass": 1, "inertia": [0.1] * 3, "position": [0.5, 0, 0]}
-    hinge = {"name": "j", "type": "revolute", "bodies": ["ground", "w"], "at": [0, 0, 0], "axis": [0, 1, 0]}
+    body = parts.body("w", position=[0.5, 0, 0])
     coil = {"type": "torsion_spring", "joint": "j", "stiffness": 1.0, "damping": 0.3, "free_angle": 0.0}
-    model = {"gravity": [0, 0, -G], "bodies": [body], "joints": [hinge], "forces": [coil]}
+    model = {"gravity": [0, 0, -G], "bodies": [body], "joints": [parts.hinge("j", "w")], "forces": [coil]}
     return {"model": model | more, "quantities": [{"name": "turn", "type": "joint", "joint": "j"}], **SHORT}
 
 
@@ -201,13 +172,7 @@ def test_what_sampled_laws_hold_is_no_mode() -> None:
         return j.effort(-k * j.angle - d * j.rate)
 
     held = arm()
-    law = {
-        "type": "python",
-        "name": "law",
-        "function": pd,
-        "joints": ["j"],
-        "every": 0.05,
-    }
+    law = {"type": "python", "name": "law", "function": pd, "joints": ["j"], "every": 0.05}
     held["model"]["forces"] = [law | {"parameters": {"k": 5.0, "d": 1.0}}]
     held["model"]["bodies"][0]["position"] = [0, 0, -0.5]
     found = lienumba.modes(held)
@@ -232,15 +197,14 @@ def late(j: Any, *, kp: Any, target: Any, states: Any) -> Any:
 @pytest.mark.parametrize(("law", "states"), [(p, {}), (pi, {"sum": 0.0}), (late, {"held": 0.0})])
 def test_sampled_laws_rest_where_samples_change_nothing(law: Any, states: dict[str, float]) -> None:
     """They held nothing, so that their pendulum hung straight down, and moved by 0.3 rad as it began there."""
-    bob = {"name": "a", "mass": 1.0, "inertia": [0.02, 0.02, 0.01]}
-    hinge = {"name": "h", "type": "revolute", "bodies": ["ground", "a"], "points": [[0, 0, 0], [0, 0, 0.3]]}
-    hinge |= {"axes": [[0, 1, 0]] * 2, "references": [[0, 0, 1]] * 2, "angle": 0.1, "rate": 0.0}
+    bob = parts.body("a", 1.0, [0.02, 0.02, 0.01])
+    hinge = parts.pivot("h", "a", second=[0, 0, 0.3], references=[[0, 0, 1]] * 2, angle=0.1, rate=0.0)
     control = {"name": "c", "type": "python", "function": law, "joints": ["h"], "every": 0.02}
     control |= {"parameters": {"kp": 5.0, "target": 0.5}} | ({"states": states} if states else {})
     damper = {"type": "torsion_spring", "joint": "h", "stiffness": 0, "damping": 1.0}
     scenario = {
         "model": {"gravity": [0, 0, -G], "bodies": [bob], "joints": [hinge], "forces": [control, damper]},
-        "quantities": [{"name": "h", "type": "joint", "joint": "h"}],
+        "quantities": parts.observed("joint", "h"),
         "integrator": {"tolerance": 1e-9, "end_time": 1.0},
     }
     rest = 0.5 if law is pi else brentq(lambda x: 5.0 * (0.5 - x) - G * 0.3 * np.sin(x), 0, 1)
@@ -260,13 +224,12 @@ def test_what_is_locked_stays_where_it_begins(kind: str, coordinates: str) -> No
         "prismatic": {"displacement": 0.2, "speed": 0.0},
         "spherical": {"rotation_vector": [0.3, 0.5, -0.2], "angular_velocity": [0, 0, 0]},
     }[kind]
-    axis, zero = [[0, 1, 0]] * 2, [[0, 0, 1]] * 2
-    arm = {"name": "a", "mass": 1.0, "inertia": [0.02, 0.03, 0.01]}
-    hand = {"name": "b", "mass": 0.7, "inertia": [0.01, 0.015, 0.01]}
-    shoulder = {"name": "ja", "type": "revolute", "bodies": ["ground", "a"], "points": [[0, 0, 0], [0, 0, 0.3]]}
-    shoulder |= {"axes": axis, "references": zero, "angle": 0.1, "rate": 0.0}
-    elbow = {"name": "jb", "type": kind, "bodies": ["a", "b"], "points": [[0.1, 0, -0.3], [0, 0, 0.2]], "locked": True}
-    elbow |= begins | ({} if kind == "spherical" else {"axes": axis, "references": zero})
+    axes: Any = {"axes": [[0, 1, 0]] * 2, "references": [[0, 0, 1]] * 2}
+    arm = parts.body("a", 1.0, [0.02, 0.03, 0.01])
+    hand = parts.body("b", 0.7, [0.01, 0.015, 0.01])
+    shoulder = parts.pivot("ja", "a", second=[0, 0, 0.3], angle=0.1, rate=0.0, **axes)
+    elbow = parts.joint("jb", kind, "b", "a", points=[[0.1, 0, -0.3], [0, 0, 0.2]], locked=True)
+    elbow |= begins | ({} if kind == "spherical" else axes)
     spring = {"type": "torsion_spring", "joint": "ja", "stiffness": 1.0, "damping": 0.5}
     scenario = {
         "model": {"gravity": [0, 0, -G], "bodies": [arm, hand], "joints": [shoulder, elbow], "forces": [spring]},
@@ -283,11 +246,9 @@ def test_what_is_locked_stays_where_it_begins(kind: str, coordinates: str) -> No
 
 def plate(force: str, start: float) -> dict[str, Any]:
     """A mass of 1 kg on a slide without weight, under a force that depends on its place x."""
-    body = {"name": "plate", "mass": 1.0, "inertia": [0.1, 0.1, 0.1]}
-    slide = {"name": "s", "type": "prismatic", "bodies": ["ground", "plate"], "points": [[0, 0, 0]] * 2}
-    slide |= {"axes": [[1, 0, 0]] * 2, "references": [[0, 1, 0]] * 2, "displacement": start}
     law = {"type": "actuator", "joint": "s", "value": force.replace("x", "place.displacement") + "-0.5*place.speed"}
-    model = {"gravity": [0, 0, 0], "bodies": [body], "joints": [slide], "forces": [law]}
+    slide = parts.slide("s", "plate", displacement=start)
+    model = {"gravity": [0, 0, 0], "bodies": [parts.body("plate", 1.0)], "joints": [slide], "forces": [law]}
     return {"model": model, "quantities": [{"name": "place", "type": "joint", "joint": "s"}], **SHORT}
 
 

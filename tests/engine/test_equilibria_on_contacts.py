@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import lienumba
-from tests.oracles.changing import scenarios
+from tests.rigs import parts
 
 G = 9.81
 SHORT = {"integrator": {"method": "rk4", "step": 0.002, "end_time": 0.2}}
@@ -26,15 +26,9 @@ def on_points(
 ) -> dict[str, Any]:  # fmt: skip
     """A body on points over a floor that falls along x; all of it turned."""
     floor = turn.apply([np.sin(slope), 0, np.cos(slope)]).tolist()
-    body = {
-        "name": "b", "mass": mass, "inertia": [0.01, 0.015, 0.02], "position": turn.apply(position).tolist(),
-        "rotation": quaternion(turn if tilt is None else turn * tilt),
-    }  # fmt: skip
-    contacts = [
-        {"name": f"c{n}", "type": "point_plane", "bodies": ["b", "ground"], "points": [p, [0, 0, 0]], "normal": floor,
-         "friction": friction}
-        for n, p in enumerate(points)
-    ]  # fmt: skip
+    rotation = quaternion(turn if tilt is None else turn * tilt)
+    body = parts.body("b", mass, [0.01, 0.015, 0.02], position=turn.apply(position).tolist(), rotation=rotation)
+    contacts = parts.feet("b", points, "c", normal=floor, friction=friction)
     model = {"gravity": turn.apply([0, 0, -G]).tolist(), "bodies": [body], "contacts": contacts}
     return {"model": model | more, **SHORT}
 
@@ -53,14 +47,12 @@ TURNS = [Rotation.identity(), Rotation.from_rotvec([0.3, 0.7, -1.1])]
 @pytest.mark.parametrize("turn", TURNS)
 def test_an_arm_comes_to_rest_on_its_stop_and_leaves_one_that_would_have_to_pull(turn: Rotation) -> None:
     def arm(angle: float, low: float, high: float) -> dict[str, Any]:
-        body = {"name": "w", "mass": 1, "inertia": [0.1] * 3}
-        hinge = {
-            "name": "j", "type": "revolute", "bodies": ["ground", "w"], "points": [[0, 0, 0], [-0.5, 0, 0]],
-            "axes": [turn.apply([0, 1, 0]).tolist(), [0, 1, 0]],
-            "references": [turn.apply([1, 0, 0]).tolist(), [1, 0, 0]], "angle": angle,
-        }  # fmt: skip
+        hinge = parts.joint("j", "revolute", "w", points=[[0, 0, 0], [-0.5, 0, 0]], angle=angle)
+        hinge["axes"] = [turn.apply([0, 1, 0]).tolist(), [0, 1, 0]]
+        hinge["references"] = [turn.apply([1, 0, 0]).tolist(), [1, 0, 0]]
         stop = {"joint": "j", "low": low, "high": high}
-        model = {"gravity": turn.apply([0, 0, -G]).tolist(), "bodies": [body], "joints": [hinge], "limits": [stop]}
+        bodies = [parts.body("w")]
+        model = {"gravity": turn.apply([0, 0, -G]).tolist(), "bodies": bodies, "joints": [hinge], "limits": [stop]}
         return {"model": model, "quantities": [{"name": "turn", "type": "joint", "joint": "j"}], **SHORT}
 
     for angle, low, high, expected in (
@@ -82,7 +74,7 @@ def test_a_block_on_a_slope_stays_where_friction_can_hold_it(turn: Rotation) -> 
     coefficients = np.array([0.5 * limit, limit - 1e-6, limit + 1e-6, 2.0 * limit])
     start = Rotation.from_euler("y", slope).apply([0.0, 0.0, HALF])
     block = on_points(CORNERS, turn, start, Rotation.from_euler("y", slope), slope, "mu")
-    data = {**block, "parameters": {"mu": 0.5}, "sweep": scenarios.table({"parameters.mu": coefficients.tolist()})}
+    data = {**block, "parameters": {"mu": 0.5}, "sweep": parts.table({"parameters.mu": coefficients.tolist()})}
     found = lienumba.equilibrium(data)
     assert found.status.values.tolist() == [1, 1, 0, 0]
     np.testing.assert_allclose(found.position.values[2:, 0], [turn.apply(start)] * 2, atol=1e-15)
@@ -100,23 +92,12 @@ def test_a_ladder_stands_from_half_its_cotangent_on(turn: Rotation) -> None:
     lie = Rotation.from_euler("y", angle)  # x of the ladder from its top to its feet
     middle = [-0.5 * length * np.cos(angle), 0.0, 0.5 * length * np.sin(angle)]
     x, z = turn.apply([1, 0, 0]).tolist(), turn.apply([0, 0, 1]).tolist()
-    feet = [
-        {"name": f"f{n}", "type": "point_plane", "bodies": ["l", "ground"], "points": [[length / 2, y, 0], [0, 0, 0]],
-         "normal": z, "friction": "mu"}
-        for n, y in enumerate((-0.2, 0.2))
-    ]  # fmt: skip
     wall = turn.apply([-length * np.cos(angle), 0, 0]).tolist()
-    tops = [
-        {"name": f"t{n}", "type": "point_plane", "bodies": ["l", "ground"], "points": [[-length / 2, y, 0], wall],
-         "normal": x}
-        for n, y in enumerate((-0.2, 0.2))
-    ]  # fmt: skip
-    ladder = {
-        "name": "l", "mass": 10, "inertia": [0.2, 3.4, 3.4], "position": turn.apply(middle).tolist(),
-        "rotation": quaternion(turn * lie),
-    }  # fmt: skip
+    feet = parts.feet("l", [[length / 2, y, 0] for y in (-0.2, 0.2)], "f", normal=z, friction="mu")
+    tops = parts.feet("l", [[-length / 2, y, 0] for y in (-0.2, 0.2)], "t", on=wall, normal=x)
+    ladder = parts.body("l", 10, [0.2, 3.4, 3.4], position=turn.apply(middle).tolist(), rotation=quaternion(turn * lie))
     model = {"gravity": turn.apply([0, 0, -G]).tolist(), "bodies": [ladder], "contacts": [*feet, *tops]}
-    table = scenarios.table({"parameters.mu": coefficients.tolist()})
+    table = parts.table({"parameters.mu": coefficients.tolist()})
     data = {"parameters": {"mu": 0.5}, "model": model, "sweep": table, **SHORT}
     found = lienumba.equilibrium(data)
     stood = np.abs(found.position.values[:, 0] - turn.apply(middle)).max(axis=1) < 1e-12
@@ -195,15 +176,12 @@ def test_a_governor_turns_with_its_arms_on_their_stops() -> None:
     """Below the speed at which they leave the lower ones, between, and above that at which they meet the upper ones."""
 
     def governor(speed: float) -> Any:
-        ball = {"name": "b", "mass": 1.0, "inertia": [1e-6] * 3}
-        post = {"name": "p", "mass": 1.0, "inertia": [0.1] * 3, "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
-        turns = {"name": "t", "type": "revolute", "bodies": ["ground", "p"], "at": [0, 0, 0], "axis": [0, 0, 1]}
-        swings = {
-            "name": "s", "type": "revolute", "bodies": ["p", "b"], "points": [[0, 0, 0], [0, 0, 0.4]],
-            "axes": [[0, -1, 0]] * 2, "references": [[0, 0, -1]] * 2, "angle": 0.5,
-        }  # fmt: skip
+        bodies = [parts.body("p", 1.0, position=[0, 0, 0], rotation=[1, 0, 0, 0]), parts.body("b", 1.0, 1e-6)]
+        axes: Any = {"axes": [[0, -1, 0]] * 2, "references": [[0, 0, -1]] * 2}
+        swings = parts.pivot("s", "b", second=[0, 0, 0.4], to="p", angle=0.5, **axes)
+        joints = [parts.hinge("t", "p", axis=parts.Z), swings]
         limits = [{"joint": "s", "low": 0.3, "high": 1.0}]
-        model = {"gravity": [0, 0, -G], "bodies": [post, ball], "joints": [turns, swings], "limits": limits}
+        model = {"gravity": [0, 0, -G], "bodies": bodies, "joints": joints, "limits": limits}
         data = {"model": model, "quantities": [{"name": "arm", "type": "joint", "joint": "s"}], **SHORT}
         return lienumba.equilibrium(data, rotation=(0, 0, speed))
 
@@ -224,49 +202,40 @@ def scene(seed: int) -> dict[str, Any]:
         walls = np.array([[0.64, 0, 0.77], [-0.64, 0.1, 0.77], [0, 1.0, 0.4], [0, -1.0, 0.4]])
         walls /= np.linalg.norm(walls, axis=1)[:, None]
         model["bodies"] = [
-            {"name": f"b{n}", "mass": 1.0 + n, "inertia": [0.004 * (1 + n)] * 3,
-             "position": turn.apply([0.02 * n, 0.15 * n - 0.1, 0.6 + 0.3 * n]).tolist()}
-            for n in range(2)
-        ]  # fmt: skip
+            parts.body(f"b{n}", 1.0 + n, 0.004 * (1 + n), position=turn.apply([0.02 * n, 0.15 * n - 0.1, z]).tolist())
+            for n, z in enumerate((0.6, 0.6 + 0.3))
+        ]
         model["contacts"] = [
-            {"name": f"w{n}{m}", "type": "sphere_plane", "bodies": [f"b{n}", "ground"], "radius": 0.1,
-             "points": [[0, 0, 0], turn.apply(-0.3 * (m > 1) * wall).tolist()], "normal": turn.apply(wall).tolist(),
-             "friction": friction}
+            parts.sphere(f"w{n}{m}", f"b{n}", 0.1, on=turn.apply(-0.3 * (m > 1) * wall).tolist(),
+                         normal=turn.apply(wall).tolist(), friction=friction)
             for n in range(2) for m, wall in enumerate(walls)
         ]  # fmt: skip
-        both = {"bodies": ["b0", "b1"], "points": [[0, 0, 0]] * 2, "radii": [0.1, 0.1], "friction": friction}
-        model["contacts"].append({"name": "both", "type": "sphere_sphere", **both})
+        both: Any = {"type": "sphere_sphere", "radii": [0.1, 0.1], "friction": friction}
+        model["contacts"].append(parts.foot("both", "b0", to="b1", **both))
     elif seed % 3 == 1:
         rough = rng.normal(size=3) * 0.3
-        model["bodies"] = [
-            {"name": "b", "mass": 2.0, "inertia": [0.06, 0.04, 0.08], "position": turn.apply([0, 0, 0.6]).tolist(),
-             "rotation": quaternion(turn * Rotation.from_rotvec(rough))}
-        ]  # fmt: skip
+        rotation = quaternion(turn * Rotation.from_rotvec(rough))
+        place = turn.apply([0, 0, 0.6]).tolist()
+        model["bodies"] = [parts.body("b", 2.0, [0.06, 0.04, 0.08], position=place, rotation=rotation)]
         angles = np.arange(4) * np.pi / 2 + rng.uniform(-0.3, 0.3, 4)
-        model["contacts"] = [
-            {"name": f"c{n}", "type": "sphere_plane", "bodies": ["b", "ground"], "radius": 0.03, "normal": floor,
-             "points": [[0.2 * np.cos(a), 0.2 * np.sin(a), -0.25], [0, 0, 0]], "friction": friction}
-            for n, a in enumerate(angles)
-        ]  # fmt: skip
+        places = [[0.2 * np.cos(a), 0.2 * np.sin(a), -0.25] for a in angles]
+        tips: Any = {"type": "sphere_plane", "radius": 0.03}
+        model["contacts"] = parts.feet("b", places, "c", normal=floor, friction=friction, **tips)
     else:
         along, at = turn.apply([np.sin(0.6), 0, -np.cos(0.6)]), turn.apply([0, 0, 1.02])
         model["bodies"] = [
-            {"name": f"b{n}", "mass": 1.0, "inertia": [0.02, 0.02, 0.001],
-             "position": (at + along * (0.25 + 0.5 * n)).tolist(), "rotation": quaternion(turn)}
+            parts.body(f"b{n}", 1.0, [0.02, 0.02, 0.001], position=(at + along * (0.25 + 0.5 * n)).tolist(),
+                       rotation=quaternion(turn))
             for n in range(2)
         ]  # fmt: skip
         axis = turn.apply([0, 1, 0]).tolist()
         model["joints"] = [
-            {"name": f"j{n}", "type": "revolute", "bodies": [["ground", "b0"][n], f"b{n}"],
-             "at": (at + 0.5 * n * along).tolist(), "axis": axis}
+            parts.hinge(f"j{n}", f"b{n}", (at + 0.5 * n * along).tolist(), axis, to=["ground", "b0"][n])
             for n in range(2)
-        ]  # fmt: skip
+        ]
         tip = turn.inv().apply(0.25 * along).tolist()
         low = turn.apply([0, 0, 0.1]).tolist()
-        model["contacts"] = [
-            {"name": "tip", "type": "sphere_plane", "bodies": ["b1", "ground"], "points": [tip, low], "normal": floor,
-             "radius": 0.02, "friction": friction}
-        ]  # fmt: skip
+        model["contacts"] = [parts.sphere("tip", "b1", 0.02, tip, low, normal=floor, friction=friction)]
         model["limits"] = [{"joint": "j1", "low": -0.2, "high": 0.3}][: int(rng.integers(2))]
     return {"model": model, **SHORT}
 

@@ -8,6 +8,7 @@ import pytest
 import lienumba
 from lienumba.integrators.tracing.linear import equilibrium
 from lienumba.integrators.tracing.linear.equations import Equations
+from tests.rigs import parts
 
 G = 9.81
 SHORT = {"integrator": {"step": 1e-3, "end_time": 0.1}}
@@ -15,11 +16,8 @@ SHORT = {"integrator": {"step": 1e-3, "end_time": 0.1}}
 
 def pendulum(angle: float, **sweep: Any) -> dict[str, Any]:
     """A bob of 1.2 kg at 0.5 m on a hinge with a coil spring; angle 0 hangs."""
-    bob = {"name": "bob", "mass": 1.2, "inertia": [0.02, 0.02, 0.01]}
-    pivot = {
-        "name": "pivot", "type": "revolute", "bodies": ["ground", "bob"], "points": [[0, 0, 0], [0, 0, 0.5]],
-        "axes": [[0, 1, 0]] * 2, "references": [[1, 0, 0]] * 2, "angle": angle, "rate": 3.0,
-    }  # fmt: skip
+    bob = parts.body("bob", 1.2, [0.02, 0.02, 0.01])
+    pivot = parts.pivot("pivot", "bob", second=[0, 0, 0.5], angle=angle, rate=3.0)
     coil = {"name": "coil", "type": "torsion_spring", "joint": "pivot", "stiffness": 0.0, "free_angle": 0.0}
     seen = {"name": "swing", "type": "joint", "joint": "pivot"}
     model = {"bodies": [bob], "joints": [pivot], "forces": [coil], "quantities": [seen]}
@@ -50,8 +48,8 @@ def test_every_run_of_a_sweep_rests_at_its_own_place() -> None:
 
 
 def test_a_free_body_on_bushings_and_one_that_nothing_holds() -> None:
-    block = {"name": "block", "mass": 3.0, "inertia": [0.2, 0.3, 0.4], "position": [0.1, 0, 0.2],
-             "rotation": {"axis": [1, 2, 0], "angle": 0.7}}  # fmt: skip
+    turned = {"axis": [1, 2, 0], "angle": 0.7}
+    block = parts.body("block", 3.0, [0.2, 0.3, 0.4], position=[0.1, 0, 0.2], rotation=turned)
     mount = {"name": "mount", "type": "bushing", "bodies": ["ground", "block"], "points": [[0, 0, 0]] * 2,
              "stiffness": [100, 200, 300], "rotational_stiffness": [5, 5, 5]}  # fmt: skip
     found = lienumba.equilibrium({"model": {"bodies": [block], "forces": [mount]}, **SHORT})
@@ -112,9 +110,8 @@ def test_overconstrained_loops_come_to_rest(name: str) -> None:
 # ---------------------------------------------------------------- relative to a uniform rotation
 def test_a_conical_pendulum() -> None:
     """cos(angle) = m g l / (I w^2), I = m l^2 + A - C; below the least w it hangs."""
-    bob = {"name": "bob", "mass": 1.3, "inertia": [0.004, 0.004, 0.002]}
-    ball = {"name": "ball", "type": "spherical", "bodies": ["ground", "bob"], "points": [[0, 0, 0], [0, 0, 0.5]],
-            "rotation_vector": [0.1, 0.3, 0]}  # fmt: skip
+    bob = parts.body("bob", 1.3, [0.004, 0.004, 0.002])
+    ball = parts.joint("ball", "spherical", "bob", points=[[0, 0, 0], [0, 0, 0.5]], rotation_vector=[0.1, 0.3, 0])
     scenario = {"model": {"bodies": [bob], "joints": [ball]}, **SHORT}
     least = np.sqrt(1.3 * G * 0.5 / (1.3 * 0.25 + 0.004 - 0.002))
     for w in (1.3 * least, 2.0 * least):
@@ -128,9 +125,8 @@ def test_a_conical_pendulum() -> None:
 
 def test_a_top_sleeps_where_it_spins_fast_enough() -> None:
     """(C w)^2 > 4 A m g l, A about the pivot; below, growth = sqrt(4 A m g l - (C w)^2) / 2 A."""
-    top = {"name": "top", "mass": 1.3, "inertia": [0.15, 0.15, 0.2]}
-    ball = {"name": "ball", "type": "spherical", "bodies": ["ground", "top"], "points": [[0, 0, 0], [0, 0, -0.5]],
-            "rotation_vector": [0, 0, 0]}  # fmt: skip
+    top = parts.body("top", 1.3, [0.15, 0.15, 0.2])
+    ball = parts.joint("ball", "spherical", "top", points=[[0, 0, 0], [0, 0, -0.5]], rotation_vector=[0, 0, 0])
     scenario = {"model": {"bodies": [top], "joints": [ball]}, **SHORT}
     fall, A = 1.3 * G * 0.5, 0.15 + 1.3 * 0.25
     for w in (0.0, 10.0, 17.0):
@@ -145,12 +141,10 @@ def test_a_top_sleeps_where_it_spins_fast_enough() -> None:
 def governor(w: float, **sweep: object) -> dict[str, Any]:
     """A weight of 2 kg on a hinge at 0.1 m beside a shaft, on a rod of 0.4 m."""
     at = {"axis": [0, 1, 0], "angle": -0.2}
-    shaft = {"name": "shaft", "mass": 1, "inertia": [0.1, 0.1, 0.1], "position": [0.3, 0, 0], "rotation": [1, 0, 0, 0]}
-    weight = {"name": "weight", "mass": 2, "inertia": [0.03, 0.04, 0.02], "guess": {"rotation": at}}
-    bearing = {"name": "bearing", "type": "revolute", "bodies": ["ground", "shaft"], "at": [0.3, 0, 0],
-               "axis": [0, 0, 1]}  # fmt: skip
-    hinge = {"name": "hinge", "type": "revolute", "bodies": ["shaft", "weight"], "points": [[0.1, 0, 0], [0, 0, 0.4]],
-             "axes": [[0, 1, 0]] * 2, "references": [[1, 0, 0]] * 2, "angle": -0.2}  # fmt: skip
+    shaft = parts.body("shaft", position=[0.3, 0, 0], rotation=[1, 0, 0, 0])
+    weight = parts.body("weight", 2, [0.03, 0.04, 0.02], guess={"rotation": at})
+    bearing = parts.hinge("bearing", "shaft", [0.3, 0, 0], parts.Z)
+    hinge = parts.pivot("hinge", "weight", [0.1, 0, 0], [0, 0, 0.4], to="shaft", angle=-0.2)
     seen = {"name": "arm", "type": "joint", "joint": "hinge"}
     return {
         "model": {"bodies": [shaft, weight], "joints": [bearing, hinge], "quantities": [seen], "gravity": [0, 0, -G]},
@@ -181,13 +175,10 @@ def test_a_governor_opens_with_its_speed(driven: bool) -> None:
 def driven_hub(axis: list[float], rate: float, gravity: list[float]) -> dict[str, Any]:
     """An arm hangs from a hub that a motor turns about this axis, against a coil spring; nothing else can move."""
     bodies = [
-        {"name": "hub", "mass": 3.0, "inertia": [0.1] * 3, "position": [0, 0, 0]},
-        {"name": "arm", "mass": 1.0, "inertia": [0.01, 0.02, 0.03], "position": [0.3, 0.1, -0.3]},
+        parts.body("hub", 3.0, position=[0, 0, 0]),
+        parts.body("arm", 1.0, [0.01, 0.02, 0.03], position=[0.3, 0.1, -0.3]),
     ]
-    joints = [
-        {"name": "bearing", "type": "revolute", "bodies": ["ground", "hub"], "at": [0, 0, 0], "axis": axis},
-        {"name": "hinge", "type": "revolute", "bodies": ["hub", "arm"], "at": [0.2, 0.1, 0], "axis": [0, 1, 0]},
-    ]
+    joints = [parts.hinge("bearing", "hub", axis=axis), parts.hinge("hinge", "arm", [0.2, 0.1, 0], to="hub")]
     coil = {"name": "coil", "type": "torsion_spring", "joint": "hinge", "stiffness": 0.5, "free_angle": 0}
     motor = {"name": "motor", "joint": "bearing", "rate": rate}
     model = {"gravity": gravity, "bodies": bodies, "joints": joints, "forces": [coil], "drivers": [motor]}
@@ -226,7 +217,7 @@ def test_a_speed_that_is_held_by_a_law_is_held_wherever_the_scene_lies() -> None
 
 def test_a_free_body_goes_on_in_its_circle_wherever_its_force_turns_with_it() -> None:
     """On a spring to the axis; a spring to a place beside it is another one half a turn later."""
-    ball = {"name": "ball", "mass": 2.0, "inertia": [0.1] * 3, "position": [0.7, 0, 0], "rotation": [1, 0, 0, 0]}
+    ball = parts.body("ball", 2.0, position=[0.7, 0, 0], rotation=[1, 0, 0, 0])
     for place, status in (([0, 0, 0], 0), ([0.2, 0, 0], 1)):
         spring = {"name": "s", "type": "spring_damper", "bodies": ["ground", "ball"], "points": [place, [0, 0, 0]],
                   "stiffness": 50.0, "free_length": 0.5}  # fmt: skip
@@ -240,10 +231,8 @@ def test_a_rotating_double_pendulum_in_minimal_coordinates() -> None:
     from scipy.optimize import minimize
 
     scenario = governor(9.0)
-    link = {"name": "link", "mass": 0.7, "inertia": [0.005, 0.006, 0.001], "guess": {"rotation": [1, 0, 0, 0]}}
-    second = {"name": "second", "type": "revolute", "bodies": ["weight", "link"],
-              "points": [[0, 0, -0.1], [0, 0, 0.25]], "axes": [[0, 1, 0]] * 2, "references": [[1, 0, 0]] * 2,
-              "angle": 0.1}  # fmt: skip
+    link = parts.body("link", 0.7, [0.005, 0.006, 0.001], guess={"rotation": [1, 0, 0, 0]})
+    second = parts.pivot("second", "link", [0, 0, -0.1], [0, 0, 0.25], to="weight", angle=0.1)
     scenario["model"]["bodies"].append(link)
     scenario["model"]["joints"].append(second)
     scenario["model"]["quantities"].append({"name": "two", "type": "joint", "joint": "second"})
@@ -271,9 +260,8 @@ def test_what_nothing_can_balance_is_told_at_once(monkeypatch: pytest.MonkeyPatc
     assert found.status.values.tolist() == [1, 0]
     assert found.force.values[0] == pytest.approx(0.7)
     assert 1.2 * G * 0.5 * np.sin(found["swing.angle"].values[1]) == pytest.approx(0.7)
-    ball = {"name": "ball", "mass": 2.0, "inertia": [0.01, 0.01, 0.01], "position": [0, 0, 1.5]}
-    floor = {"name": "floor", "type": "sphere_plane", "bodies": ["ball", "ground"], "points": [[0, 0, 0]] * 2,
-             "normal": [0, 0, 1], "radius": 0.1, "stiffness": 1e4}  # fmt: skip
+    ball = parts.body("ball", 2.0, 0.01, position=[0, 0, 1.5])
+    floor = parts.sphere("floor", "ball", 0.1, normal=[0, 0, 1], stiffness=1e4)
     drop = lienumba.equilibrium({"model": {"bodies": [ball], "contacts": [floor]}, **SHORT})
     assert drop.status.item() == 3  # it lies, and may roll
     assert drop.position.values[0, 0, 2] == pytest.approx(0.1 - 2.0 * G / 1e4, abs=1e-9)
@@ -295,22 +283,14 @@ def test_what_goes_to_and_fro_is_given_up(monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_a_step_computes_its_derivatives_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """A ball flies from the axis of a rotation, past arms that turn: what follows places costs little."""
-    arm = {"mass": 1.0, "inertia": [0.1, 0.2, 0.3]}
-    ball = {"name": "ball", "mass": 0.5, "inertia": [0.01] * 3, "position": [2, 0, 0.1]}
-    ends, axis = [[0.3, 0, 0], [-0.3, 0, 0]], [[0, 1, 0]] * 2
+    ball = parts.body("ball", 0.5, 0.01, position=[2, 0, 0.1])
+    ends: Any = [[0.3, 0, 0], [-0.3, 0, 0]]
     joints = [
-        {"name": "pivot", "type": "revolute", "bodies": ["ground", "one"], "points": [[0] * 3, ends[1]], "axes": axis},
-        {
-            "name": "elbow",
-            "type": "universal",
-            "bodies": ["one", "two"],
-            "points": ends,
-            "axes": [[0, 1, 0], [0, 0, 1]],
-        },
+        parts.joint("pivot", "revolute", "one", points=[[0] * 3, ends[1]], axes=[[0, 1, 0]] * 2),
+        parts.joint("elbow", "universal", "two", "one", points=ends, axes=[[0, 1, 0], [0, 0, 1]]),
     ]
-    floor = {"name": "floor", "type": "sphere_plane", "bodies": ["ball", "ground"], "normal": [0, 0, 1], "radius": 0.1,
-             "points": [[0] * 3] * 2, "stiffness": 1e4}  # fmt: skip
-    bodies = [{"name": "one", **arm}, {"name": "two", **arm}, ball]
+    floor = parts.sphere("floor", "ball", 0.1, normal=[0, 0, 1], stiffness=1e4)
+    bodies = [*(parts.body(name, 1.0, [0.1, 0.2, 0.3]) for name in ("one", "two")), ball]
     work, steps, at, step = [], [], Equations.at, equilibrium._Search._step
 
     def counted(self: Equations, *given: Any, **more: Any) -> Any:
@@ -331,7 +311,7 @@ def test_what_flies_away_is_not_followed_far(monkeypatch: pytest.MonkeyPatch) ->
     taken, search = [], equilibrium._Search
     step = search._step
     monkeypatch.setattr(search, "_step", lambda self, which: taken.append(which) or step(self, which))
-    block = {"name": "block", "mass": 3.0, "inertia": [0.2, 0.3, 0.4], "position": [0.5, 0, 0.2]}
+    block = parts.body("block", 3.0, [0.2, 0.3, 0.4], position=[0.5, 0, 0.2])
     found = lienumba.equilibrium({"model": {"bodies": [block]}, **SHORT}, rotation=(1.0, 0.5, 0.3))
     assert found.status.item() == 1
     assert len(taken) < 100

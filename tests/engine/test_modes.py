@@ -11,18 +11,17 @@ import lienumba
 from lienumba.analysis.mode_rows import mode_rows
 from lienumba.errors import ScenarioError
 from tests.documents.pages import ROOT
+from tests.rigs import parts
 
 G = 9.81
 SHORT = {"integrator": {"step": 1e-3, "end_time": 0.5}}
 M, A, J = 1.2, 0.5, 0.02
-TOP = {"mass": 2.0, "inertia": [0.05, 0.05, 0.03]}
 ARM = 0.3
 
 
 def pendulum(down: float = 1.0, **more: Any) -> dict[str, Any]:
-    bob = {"name": "bob", "mass": M, "inertia": [J, J, 0.01], "position": [0, 0, -down * A]}
-    pivot = {"name": "pivot", "type": "revolute", "bodies": ["ground", "bob"], "at": [0, 0, 0], "axis": [0, 1, 0]}
-    return {"model": {"bodies": [bob], "joints": [pivot], **more}, **SHORT}
+    bob = parts.body("bob", M, [J, J, 0.01], position=[0, 0, -down * A])
+    return {"model": {"bodies": [bob], "joints": [parts.hinge("pivot", "bob")], **more}, **SHORT}
 
 
 def top(spin: float, tilt: float = 0.0, precession: float = 0.0) -> dict[str, Any]:
@@ -30,28 +29,24 @@ def top(spin: float, tilt: float = 0.0, precession: float = 0.0) -> dict[str, An
     axis = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
     R = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
     w = R.T @ (precession * np.array([0, 0, 1.0]) + spin * axis)
-    body = TOP | {"name": "top", "rotation": {"axis": [0, 1, 0], "angle": tilt}, "angular_velocity": w.tolist()}
-    ball = {"name": "tip", "type": "spherical", "bodies": ["ground", "top"], "points": [[0, 0, 0], [0, 0, -ARM]]}
+    body = parts.body("top", 2.0, [0.05, 0.05, 0.03], rotation={"axis": [0, 1, 0], "angle": tilt})
+    body |= {"angular_velocity": w.tolist()}
+    ball = parts.joint("tip", "spherical", "top", points=[[0, 0, 0], [0, 0, -ARM]])
     return {"model": {"bodies": [body], "joints": [ball]}, **SHORT}
 
 
 def parallelogram(stiffness: float) -> dict[str, Any]:
     """Two cranks of length 0.4 m that hang, and a coupler: hinges with parallel axes, whose rows are redundant."""
-    crank = {"mass": 0.7, "inertia": [0.01, 0.01, 0.001]}
     bodies = [
-        crank | {"name": "left", "position": [0, 0, -0.2]},
-        {"name": "coupler", "mass": 1.5, "inertia": [0.02, 0.03, 0.02], "position": [0.5, 0, -0.4]},
-        crank | {"name": "right", "position": [1, 0, -0.2]},
-    ]
-    ends = [
-        ("ground", "left", 0, 0),
-        ("left", "coupler", 0, -0.4),
-        ("coupler", "right", 1, -0.4),
-        ("right", "ground", 1, 0),
+        parts.body("left", 0.7, [0.01, 0.01, 0.001], position=[0, 0, -0.2]),
+        parts.body("coupler", 1.5, [0.02, 0.03, 0.02], position=[0.5, 0, -0.4]),
+        parts.body("right", 0.7, [0.01, 0.01, 0.001], position=[1, 0, -0.2]),
     ]
     joints = [
-        {"name": f"hinge{n}", "type": "revolute", "bodies": [a, b], "at": [x, 0, z], "axis": [0, 1, 0]}
-        for n, (a, b, x, z) in enumerate(ends)
+        parts.hinge("hinge0", "left"),
+        parts.hinge("hinge1", "coupler", [0, 0, -0.4], to="left"),
+        parts.hinge("hinge2", "right", [1, 0, -0.4], to="coupler"),
+        parts.hinge("hinge3", "ground", [1, 0, 0], to="right"),
     ]
     spring = {"name": "coil", "type": "torsion_spring", "joint": "hinge0", "stiffness": stiffness, "free_angle": 0.0}
     return {"model": {"bodies": bodies, "joints": joints, "forces": [spring]}, **SHORT}
@@ -83,12 +78,8 @@ def test_a_pendulum_hangs_and_an_inverted_one_falls(coordinates: str) -> None:
 
 def test_in_motion_the_equations_are_those_of_this_moment() -> None:
     scenario = pendulum()
-    scenario["model"]["joints"][0]["angle"] = 0.0
-    scenario["model"]["joints"][0]["rate"] = 2.0
     del scenario["model"]["bodies"][0]["position"]
-    scenario["model"]["joints"][0] |= {"points": [[0, 0, 0], [0, 0, A]], "axes": [[0, 1, 0]] * 2}
-    scenario["model"]["joints"][0] |= {"references": [[1, 0, 0]] * 2}
-    del scenario["model"]["joints"][0]["at"], scenario["model"]["joints"][0]["axis"]
+    scenario["model"]["joints"] = [parts.pivot("pivot", "bob", second=[0, 0, A], angle=0.0, rate=2.0)]
     scenario["output"] = {"joint_coordinates": True, "every": 0.5}
     angle = lienumba.run(scenario).q.values[0, -1, 0]
     found = lienumba.linearise(scenario, at="end").isel(run=0, time=0)
@@ -98,7 +89,7 @@ def test_in_motion_the_equations_are_those_of_this_moment() -> None:
 
 
 def test_a_damped_body_on_a_bushing() -> None:
-    body = {"name": "block", "mass": 3.0, "inertia": [0.2, 0.3, 0.4], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
+    body = parts.body("block", 3.0, [0.2, 0.3, 0.4], position=[0, 0, 0], rotation=[1, 0, 0, 0])
     mount = {
         "name": "mount", "type": "bushing", "bodies": ["ground", "block"], "points": [[0, 0, 0]] * 2,
         "stiffness": [100, 200, 300], "rotational_stiffness": [5, 6, 7], "damping": [1, 20, 300],
@@ -150,15 +141,10 @@ def test_a_bead_on_a_rotating_bar() -> None:
     """w^2 = k/m - Omega^2 about the radius where it rests."""
     k, m, omega, r = 50.0, 0.5, 6.0, 0.4
     free = r - m * omega**2 * r / k
-    bodies = [
-        {"name": "bar", "mass": 1.0, "inertia": [0.1, 0.1, 0.1], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]},
-        {"name": "bead", "mass": m, "inertia": [0.01] * 3},
-    ]
-    joints = [
-        {"name": "axle", "type": "revolute", "bodies": ["ground", "bar"], "at": [0, 0, 0], "axis": [0, 0, 1]},
-        {"name": "slot", "type": "prismatic", "bodies": ["bar", "bead"], "points": [[0, 0, 0]] * 2,
-         "axes": [[1, 0, 0]] * 2, "displacement": r, "speed": 0.0},
-    ]  # fmt: skip
+    bar = parts.body("bar", 1.0, 0.1, position=[0, 0, 0], rotation=[1, 0, 0, 0])
+    bodies = [bar, parts.body("bead", m, 0.01)]
+    place: Any = {"points": [[0, 0, 0]] * 2, "axes": [[1, 0, 0]] * 2, "displacement": r, "speed": 0.0}
+    joints = [parts.hinge("axle", "bar", axis=parts.Z), parts.joint("slot", "prismatic", "bead", "bar", **place)]
     forces = [{"name": "spring", "type": "actuator", "joint": "slot", "stiffness": k, "target": free}]
     driver = {"name": "turn", "joint": "axle", "rate": omega}
     scenario = {"model": {"bodies": bodies, "joints": joints, "forces": forces, "drivers": [driver]}, **SHORT}
@@ -172,8 +158,8 @@ def test_states_of_laws_are_states_of_the_system() -> None:
     def motor(hinge: Any, states: Any, voltage: Any) -> Any:
         return hinge.effort(0.3 * states.current), (voltage - 2.0 * states.current - 0.3 * hinge.rate) / 0.01
 
-    body = {"name": "rotor", "mass": 1.0, "inertia": [0.1, 0.1, 0.05], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
-    hinge = {"name": "axle", "type": "revolute", "bodies": ["ground", "rotor"], "at": [0, 0, 0], "axis": [0, 0, 1]}
+    body = parts.body("rotor", 1.0, [0.1, 0.1, 0.05], position=[0, 0, 0], rotation=[1, 0, 0, 0])
+    hinge = parts.hinge("axle", "rotor", axis=parts.Z)
     law = {"name": "motor", "type": "python", "function": motor, "joints": ["axle"], "states": {"current": 0.0},
            "parameters": {"voltage": 12.0}}  # fmt: skip
     scenario = {"model": {"bodies": [body], "joints": [hinge], "forces": [law]}, **SHORT}
@@ -185,13 +171,11 @@ def test_states_of_laws_are_states_of_the_system() -> None:
 def test_inputs_and_outputs_go_into_scipy_in_one_line() -> None:
     """A pendulum whose pivot slides as it is driven, and that a torque turns: transfer functions in closed form."""
     bodies = [
-        {"name": "cart", "mass": 1.0, "inertia": [1, 1, 1], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]},
-        {"name": "bob", "mass": M, "inertia": [J, J, 0.01], "position": [0, 0, -A], "rotation": [1, 0, 0, 0]},
+        parts.body("cart", 1.0, 1, position=[0, 0, 0], rotation=[1, 0, 0, 0]),
+        parts.body("bob", M, [J, J, 0.01], position=[0, 0, -A], rotation=[1, 0, 0, 0]),
     ]
-    joints = [
-        {"name": "rail", "type": "prismatic", "bodies": ["ground", "cart"], "at": [0, 0, 0], "axis": [1, 0, 0]},
-        {"name": "pivot", "type": "revolute", "bodies": ["cart", "bob"], "at": [0, 0, 0], "axis": [0, 1, 0]},
-    ]
+    rail = parts.joint("rail", "prismatic", "cart", at=[0, 0, 0], axis=[1, 0, 0])
+    joints = [rail, parts.hinge("pivot", "bob", to="cart")]
     forces = [{"name": "motor", "type": "actuator", "joint": "pivot", "value": "0.1*sin(t)"}]
     model = {
         "bodies": bodies, "joints": joints, "forces": forces,
@@ -215,12 +199,13 @@ def test_inputs_and_outputs_go_into_scipy_in_one_line() -> None:
 def test_what_is_driven_has_three_columns_whether_they_act_or_not(between: str, coordinates: str) -> None:
     """A mass on a spring to a cart that is driven: on a rail of its own it sees where the cart is and how it moves,
     on one of the cart only how that accelerates."""
-    still = {"inertia": [0.1, 0.1, 0.1], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
-    bodies = [{"name": "cart", "mass": 1.0, **still}, {"name": "mass", "mass": 2.0, **still, "position": [1, 0, 0]}]
-    slide = {"type": "prismatic", "at": [0, 0, 0], "axis": [1, 0, 0]}
+    bodies = [
+        parts.body(name, mass, position=[x, 0, 0], rotation=[1, 0, 0, 0])
+        for name, mass, x in (("cart", 1.0, 0), ("mass", 2.0, 1))
+    ]
     joints = [
-        {"name": "rail", "bodies": ["ground", "cart"], **slide},
-        {"name": "own", "bodies": [between, "mass"], **slide},
+        parts.joint(name, "prismatic", body, to, at=[0, 0, 0], axis=[1, 0, 0])
+        for name, body, to in (("rail", "cart", "ground"), ("own", "mass", between))
     ]
     spring = {
         "name": "spring", "type": "spring_damper", "bodies": ["cart", "mass"], "points": [[0, 0, 0]] * 2,
@@ -256,12 +241,10 @@ def test_inputs_and_outputs_go_into_control_by_the_line_of_the_documents() -> No
 def test_modes_keep_their_number_where_frequencies_cross() -> None:
     """Two pendulums side by side; the mass centre of one is swept through the frequency of the other."""
     scenario = pendulum()
-    other = {"name": "other", "mass": 1.0, "inertia": [0.1, 0.1, 0.1], "position": [0, 3, -0.5]}
-    hinge = {"name": "second", "type": "revolute", "bodies": ["ground", "other"], "at": [0, 3, 0], "axis": [0, 1, 0]}
-    scenario["model"]["bodies"].append(other)
-    scenario["model"]["joints"].append(hinge)
+    scenario["model"]["bodies"].append(parts.body("other", 1.0, position=[0, 3, -0.5]))
+    scenario["model"]["joints"].append(parts.hinge("second", "other", [0, 3, 0]))
     path = "bodies.other.inertia[1]"
-    scenario["sweep"] = {"sampler": "table", "table": {"columns": {path: [0.9, 0.01, 0.2, 0.005, 0.4]}}}
+    scenario["sweep"] = parts.table({path: [0.9, 0.01, 0.2, 0.005, 0.4]})
     found = lienumba.modes(scenario)
     still = found.frequency.values[:, 0]
     w = np.sqrt(M * G * A / (J + M * A * A))
@@ -299,17 +282,14 @@ def test_unknown_inputs_are_told_with_those_that_there_are() -> None:
 
 def carts(dampings: list[float], stiffness: float = 300.0) -> dict[str, Any]:
     """Two bodies of 1 kg on rails along x, each on a spring; the damper of the first is swept."""
-    still = {"mass": 1.0, "inertia": [1, 1, 1], "rotation": [1, 0, 0, 0]}
-    bodies = [still | {"name": "one", "position": [0, 0, 0]}, still | {"name": "two", "position": [0, 1, 0]}]
-    rails = [
-        {"name": f"rail_{x}", "type": "prismatic", "bodies": ["ground", x], "at": [0, y, 0], "axis": [1, 0, 0]}
-        for x, y in (("one", 0), ("two", 1))
-    ]
+    places = (("one", 0), ("two", 1))
+    bodies = [parts.body(x, 1.0, 1, rotation=[1, 0, 0, 0], position=[0, y, 0]) for x, y in places]
+    rails = [parts.joint(f"rail_{x}", "prismatic", x, at=[0, y, 0], axis=[1, 0, 0]) for x, y in places]
     springs = [
         {"name": "first", "type": "actuator", "joint": "rail_one", "stiffness": 100.0, "damping": 1.0, "target": 0.0},
         {"name": "second", "type": "actuator", "joint": "rail_two", "stiffness": stiffness, "target": 0.0},
     ]
-    sweep = {"sampler": "table", "table": {"columns": {"forces.first.damping": dampings}}}
+    sweep = parts.table({"forces.first.damping": dampings})
     return {"model": {"bodies": bodies, "joints": rails, "forces": springs}, "sweep": sweep, **SHORT}
 
 
@@ -356,7 +336,7 @@ def test_quantiles_are_those_of_runs_by_their_weights() -> None:
 
 
 def test_what_drifts_is_one_mode_for_each_freedom() -> None:
-    body = {"name": "block", "mass": 1.0, "inertia": [1, 2, 3], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
+    body = parts.body("block", 1.0, [1, 2, 3], position=[0, 0, 0], rotation=[1, 0, 0, 0])
     found = lienumba.modes({"model": {"bodies": [body]}, **SHORT})
     assert found.sizes["mode"] == 6
     assert not found.growth.any()
@@ -412,16 +392,13 @@ def test_states_that_a_dataset_holds_are_taken_from_it(
 def test_a_state_that_begins_at_a_limit_is_held_there(limit: float) -> None:
     """The integral of a controller that leads beyond its limit as long as the mass rests beside its target."""
     target = 1.0 if limit > 0.0 else -1.0
-    body = {"name": "mass", "mass": 1.0, "inertia": [0.1, 0.1, 0.1]}
-    slide = {"name": "s", "type": "prismatic", "bodies": ["ground", "mass"], "points": [[0, 0, 0]] * 2}
-    slide |= {"axes": [[1, 0, 0]] * 2, "references": [[0, 1, 0]] * 2, "displacement": 0.95 * target}
     law = f"20*({target} - place.displacement) - 6*place.speed + inputs.I - {3 * target}"
     integral = {"rate": f"6*({target} - place.displacement)", "start": limit, "limits": [-2, 2]}
     scenario = {
         "model": {
             "gravity": [0, 0, 0],
-            "bodies": [body],
-            "joints": [slide],
+            "bodies": [parts.body("mass", 1.0)],
+            "joints": [parts.slide("s", "mass", displacement=0.95 * target)],
             "forces": [{"type": "actuator", "joint": "s", "value": law}],
         },
         "quantities": [{"name": "place", "type": "joint", "joint": "s"}],

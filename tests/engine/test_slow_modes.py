@@ -1,12 +1,11 @@
 """Slow modes beside fast ones: what grows, what drifts, and what is only rounding."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 import lienumba
+from tests.rigs import parts
 
 G = 9.81
 SHORT = {"integrator": {"step": 1e-2, "end_time": 0.1}}
@@ -18,13 +17,10 @@ FAST = [1e4, 1e8, 1e10, 1e12]
 def test_a_slow_pair_beside_a_stiff_spring_grows_as_it_does_alone(fast: float, damping: float, status: int) -> None:
     bodies, joints, forces = [], [], []
     for n, (stiffness, own) in enumerate(((1.0, damping), (fast, 0.0))):
-        bodies.append({"name": f"b{n}", "mass": 1, "inertia": [1, 1, 1], "position": [n, 0, 0]})
-        hinge = {"type": "revolute", "bodies": ["ground", f"b{n}"], "at": [n, 0, 0], "axis": [0, 1, 0]}
-        joints.append({"name": f"j{n}", **hinge})
+        bodies.append(parts.body(f"b{n}", 1, 1, position=[n, 0, 0], rotation=[1, 0, 0, 0]))
+        joints.append(parts.hinge(f"j{n}", f"b{n}", [n, 0, 0]))
         forces.append({"type": "torsion_spring", "joint": f"j{n}", "stiffness": stiffness, "damping": own})
     data = {"model": {"gravity": [0, 0, 0], "bodies": bodies, "joints": joints, "forces": forces}, **SHORT}
-    for body in bodies:
-        body["rotation"] = [1, 0, 0, 0]
     modes = lienumba.modes(data)
     assert modes.stable.item() == (status == 0)
     assert modes.grows.values.sum() == (status == 2)
@@ -35,10 +31,9 @@ def test_a_slow_pair_beside_a_stiff_spring_grows_as_it_does_alone(fast: float, d
 @pytest.mark.parametrize("damping", [8e3, 8e5])
 def test_a_pendulum_in_tar_creeps_but_does_not_drift(height: float, damping: float) -> None:
     """Its eigenvalues, exact roots of 0.28 s^2 + c s - m g z, are apart by up to 1e12."""
-    body = {"name": "b", "mass": 1, "inertia": [0.02, 0.03, 0.01], "position": [0, 0, height], "rotation": [1, 0, 0, 0]}
-    hinge = {"name": "j", "type": "revolute", "bodies": ["ground", "b"], "at": [0, 0, 0], "axis": [0, 1, 0]}
+    body = parts.body("b", 1, [0.02, 0.03, 0.01], position=[0, 0, height], rotation=[1, 0, 0, 0])
     tar = {"type": "friction", "joint": "j", "viscous": damping}
-    data = {"model": {"bodies": [body], "joints": [hinge], "forces": [tar]}, **SHORT}
+    data = {"model": {"bodies": [body], "joints": [parts.hinge("j", "b")], "forces": [tar]}, **SHORT}
     slow = G * height / damping
     found, modes = lienumba.equilibrium(data), lienumba.modes(data)
     assert found.status.item() == (2 if height > 0 else 0)
@@ -55,8 +50,8 @@ def test_what_nothing_holds_has_six_modes_of_zero_whatever_it_is_made_of(seed: i
     for n in range(3):
         mass, lie = 10.0 ** rng.uniform(-3, 3), np.roll(Rotation.random(random_state=10 * seed + n).as_quat(), 1)
         place = turn.apply([0.5 * n, *(0.1 * rng.normal(size=2))])
-        body: dict[str, Any] = {"name": f"b{n}", "mass": mass, "inertia": [mass * x for x in (0.02, 0.03, 0.04)]}
-        bodies.append(body | {"position": place.tolist(), "rotation": lie.tolist()})
+        inertia = [mass * x for x in (0.02, 0.03, 0.04)]
+        bodies.append(parts.body(f"b{n}", mass, inertia, position=place.tolist(), rotation=lie.tolist()))
     for n in range(2):
         pair = [f"b{n}", f"b{n + 1}"]
         at = turn.apply([0.5 * n + 0.25, 0, 0]).tolist()

@@ -57,6 +57,14 @@ def frames(axis: list[Any], first: Vector = ORIGIN, second: Vector = ORIGIN) -> 
     return {"points": [list(first), list(second)], "axes": [axis] * 2, "references": [Y if axis == X else X] * 2}
 
 
+def pivot(
+    name: str, body: str, first: Vector = ORIGIN, second: Vector = ORIGIN, axis: list[Any] = Y, to: str = "ground",
+    **keys: Any,
+) -> Part:  # fmt: skip
+    """A revolute joint; its places and its axis are given in both bodies, first in the one that it is tied to."""
+    return joint(name, "revolute", body, to) | frames(axis, first, second) | keys
+
+
 def slide(name: str, body: str, axis: list[Any] = X, **keys: Any) -> Part:
     """A prismatic joint along an axis of the ground through its origin and the mass centre of the body."""
     return joint(name, "prismatic", body) | frames(axis) | keys
