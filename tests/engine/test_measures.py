@@ -10,6 +10,7 @@ import xarray as xr
 import lienumba
 from lienumba import ScenarioError
 from lienumba.integrators.tracing import step_kernels
+from tests.rigs import parts
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*nothing uses it")
 G, UP, END, LEVEL = 9.81, 5.0, 1.5, 0.31
@@ -17,16 +18,7 @@ THROW: dict[str, Any] = {
     "parameters": {"k": 1.0, "tau": LEVEL},
     "model": {
         "gravity": [0, 0, -G],
-        "bodies": [
-            {
-                "name": "ball",
-                "mass": 1.0,
-                "inertia": [1, 1, 1],
-                "position": [0, 0, 0],
-                "rotation": [1, 0, 0, 0],
-                "velocity": [0, 0, UP],
-            }
-        ],
+        "bodies": [parts.body("ball", 1.0, 1, position=[0, 0, 0], rotation=[1, 0, 0, 0], velocity=[0, 0, UP])],
     },
     "quantities": [{"name": "p", "type": "point", "body": "ball"}],
     "events": [{"name": "hit", "when": "p.z < -1"}],
@@ -157,9 +149,7 @@ SPRING: dict[str, Any] = {
     "parameters": {"start": 1.0, "w": "2*pi"},
     "model": {
         "gravity": [0, 0, 0],
-        "bodies": [
-            {"name": "bob", "mass": 1.0, "inertia": [1, 1, 1], "position": ["start", 0, 0], "rotation": [1, 0, 0, 0]}
-        ],
+        "bodies": [parts.body("bob", 1.0, 1, position=["start", 0, 0], rotation=[1, 0, 0, 0])],
         "forces": [
             {"name": "pull", "type": "force", "body": "bob", "value": ["-w**2*x.x", 0, 0]},
         ],
@@ -167,11 +157,7 @@ SPRING: dict[str, Any] = {
     "quantities": [{"name": "x", "type": "point", "body": "bob"}],
     "integrator": {"tolerance": 1e-11, "end_time": 3.0},
     "output": {"every": 1.0, "mode": "summary"},
-    "sweep": {
-        "runs": 20,
-        "seed": 4,
-        "vary": {"parameters.start": {"distribution": "uniform", "low": 0.5, "high": 1.5}},
-    },
+    "sweep": parts.sweep(20, {"parameters.start": (0.5, 1.5)}, seed=4),
 }
 
 
@@ -212,10 +198,8 @@ def test_nothing_of_measures_decides_a_run() -> None:
 PENDULUM = SPRING | {
     "model": {
         "gravity": [0, 0, -9.81],
-        "bodies": [{"name": "bob", "mass": 1.0, "inertia": [1, 1, 1], "position": [0.3, 0, 0]}],
-        "joints": [
-            {"name": "pin", "type": "revolute", "bodies": ["ground", "bob"], "at": [0, 0, 0], "axis": [0, 1, 0]},
-        ],
+        "bodies": [parts.body("bob", 1.0, 1, position=[0.3, 0, 0])],
+        "joints": [parts.hinge("pin", "bob")],
     },
     "start": {"q": {"pin": 0.1}, "qd": {"pin": "3*start"}},
     "quantities": [{"name": "x", "type": "point", "body": "bob"}, {"name": "v", "type": "point", "body": "bob"}],
@@ -366,10 +350,9 @@ def _with_velocity(data: dict[str, Any]) -> dict[str, Any]:
 )
 def test_reactions_of_a_pendulum(integrator: dict[str, Any]) -> None:
     """A point on a thread of 0.5 m, from rest where it is level: the thread pulls with 3 m g sin of the angle below."""
-    rod = {"name": "bob", "mass": 2.0, "inertia": [1e-9, 1e-9, 1e-9], "position": [0.5, 0, 0], "rotation": [1, 0, 0, 0]}
-    pin = {"name": "pin", "type": "revolute", "bodies": ["ground", "bob"], "at": [0, 0, 0], "axis": [0, 1, 0]}
+    rod = parts.body("bob", 2.0, 1e-9, position=[0.5, 0, 0], rotation=[1, 0, 0, 0])
     data = {
-        "model": {"gravity": [0, 0, -G], "bodies": [rod], "joints": [pin]},
+        "model": {"gravity": [0, 0, -G], "bodies": [rod], "joints": [parts.hinge("pin", "bob")]},
         "quantities": [
             {"name": "load", "type": "reaction", "joint": "pin"},
             {"name": "p", "type": "point", "body": "bob"},
@@ -388,24 +371,16 @@ def test_reactions_of_a_pendulum(integrator: dict[str, Any]) -> None:
 @pytest.mark.parametrize("integrator", [{"step": 1e-3}, {"tolerance": 1e-10}])
 def test_bounces_and_locks(integrator: dict[str, Any]) -> None:
     """A ball that falls from 0.2 m loses half of its speed at the floor; a wheel is locked where it has turned by 1."""
-    ball = {"name": "ball", "mass": 1.0, "inertia": [1, 1, 1], "position": [0, 0, 0.3], "rotation": [1, 0, 0, 0]}
-    wheel = ball | {"name": "wheel", "position": [3, 0, 0], "angular_velocity": [0, 4.0, 0]}
-    floor = {"name": "floor", "type": "sphere_plane", "bodies": ["ball", "ground"], "points": [[0, 0, 0], [0, 0, 0]]}
+    bodies = [
+        parts.body(name, 1.0, 1, position=place, rotation=[1, 0, 0, 0])
+        for name, place in (("ball", [0, 0, 0.3]), ("wheel", [3, 0, 0]))
+    ]
     data = {
         "model": {
             "gravity": [0, 0, -G],
-            "bodies": [ball, {k: x for k, x in wheel.items() if k != "angular_velocity"}],
-            "joints": [
-                {
-                    "name": "hub",
-                    "type": "revolute",
-                    "bodies": ["ground", "wheel"],
-                    "at": [3, 0, 0],
-                    "axis": [0, 1, 0],
-                    "rate": 4.0,
-                }
-            ],
-            "contacts": [floor | {"normal": [0, 0, 1], "radius": 0.1, "restitution": 0.5}],
+            "bodies": bodies,
+            "joints": [parts.hinge("hub", "wheel", [3, 0, 0], rate=4.0)],
+            "contacts": [parts.sphere("floor", "ball", 0.1, normal=[0, 0, 1], restitution=0.5)],
         },
         "quantities": [
             {"name": "p", "type": "point", "body": "ball"},

@@ -8,11 +8,10 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 import lienumba
+from tests.rigs import parts
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*nothing uses it")
-BODY: dict[str, Any] = {
-    "name": "b", "mass": 2.0, "inertia": [0.3, 0.6, 0.4], "position": [0, 0, 0], "rotation": [1, 0, 0, 0],
-}  # fmt: skip
+BODY = parts.body("b", 2.0, [0.3, 0.6, 0.4], position=[0, 0, 0], rotation=[1, 0, 0, 0])
 POINT = {"name": "p", "type": "point", "body": "b"}
 METHODS: list[dict[str, Any]] = [
     {"step": 0.05},
@@ -39,7 +38,7 @@ def test_what_stops_a_run_has_happened_whatever_its_condition(integrator: dict[s
         parameters={"v0": 1.0},
         quantities=[POINT, POINT | {"name": "v", "derivative": 1}],
         events=[{"name": "landed", "when": condition, "action": "stop"}],
-        sweep={"runs": 100, "seed": 1, "vary": {"parameters.v0": {"distribution": "uniform", "low": 1, "high": 3}}},
+        sweep=parts.sweep(100, {"parameters.v0": (1, 3)}, seed=1),
     )
     v0 = ds["parameters.v0"].values
     speed = np.full_like(v0, -np.sqrt(30)) if "**" in condition else -np.sqrt(v0**2 + 2 * 9.81)
@@ -54,7 +53,7 @@ def test_what_stops_a_run_has_happened_whatever_its_condition(integrator: dict[s
 def test_a_condition_that_does_something_is_true_once(integrator: dict[str, Any], more: str, action: str) -> None:
     """It was counted twice, where rounding had it false behind what it did; what is locked there stays there."""
     condition = f"j.displacement > 0.5{more}"
-    slide = {"name": "j", "type": "prismatic", "bodies": ["ground", "b"], "at": [0, 0, 0], "axis": [0.6, 0, 0.8]}
+    slide = parts.joint("j", "prismatic", "b", at=[0, 0, 0], axis=[0.6, 0, 0.8])
     does = {"record": {}, "set": {"parameters": {"f": 0.5}}, "lock": {"joint": "j"}}[action]
     ds = measured(
         {
@@ -72,9 +71,9 @@ def test_a_condition_that_does_something_is_true_once(integrator: dict[str, Any]
         },
         integrator | {"end_time": 1.5},
         parameters={"v0": 1.0, "f": 1.0},
-        quantities=[{"name": "j", "type": "joint", "joint": "j"}],
+        quantities=parts.observed("joint", "j"),
         events=[{"name": "ev", "when": condition, "action": action, **does}],
-        sweep={"runs": 100, "seed": 1, "vary": {"parameters.v0": {"distribution": "uniform", "low": 1, "high": 3}}},
+        sweep=parts.sweep(100, {"parameters.v0": (1, 3)}, seed=1),
     )
     v0 = ds["parameters.v0"].values
     time = 2.0 * (np.sqrt(v0**2 + 0.5) - v0)
@@ -100,10 +99,7 @@ def test_what_has_come_to_rest_does_not_rise(integrator: dict[str, Any], turn: l
         {
             "gravity": [-g * x for x in n],
             "bodies": [BODY | {"position": [(drop + radius) * x for x in n], "mass": 0.5}],
-            "contacts": [{
-                "name": "floor", "type": "sphere_plane", "bodies": ["b", "ground"], "points": [[0, 0, 0], [0, 0, 0]],
-                "normal": n, "radius": radius, "restitution": back, "rest_speed": rest,
-            }],
+            "contacts": [parts.sphere("floor", "b", radius, normal=n, restitution=back, rest_speed=rest)],
         },
         {
             "rises": "count(w > 0)", "up": "time_when(w > 0)", "last": "last_time(w > 0)", "mean": "mean(w, w > 0)",
@@ -138,9 +134,7 @@ def test_each_side_of_what_jumps_where_a_step_ends(integrator: dict[str, Any]) -
         {
             "gravity": [0, 0, 0],
             "bodies": [BODY],
-            "joints": [
-                {"name": "j", "type": "revolute", "bodies": ["ground", "b"], "at": [0, 0, 0], "axis": [0, 0, 1]}
-            ],
+            "joints": [parts.hinge("j", "b", axis=parts.Z)],
             "drivers": [{"joint": "j", "value": "0.5*pi*t"}],
         },
         {
@@ -150,7 +144,7 @@ def test_each_side_of_what_jumps_where_a_step_ends(integrator: dict[str, Any]) -
             "rms": "rms(where(j.angle < pi, 1, 0))",
         },
         integrator | {"end_time": 4.0},
-        quantities=[{"name": "j", "type": "joint", "joint": "j"}],
+        quantities=parts.observed("joint", "j"),
     )
     found = [float(ds[name][0]) for name in ("half", "sign", "other", "rms")]
     np.testing.assert_allclose(found, [0.5, 0.0, 0.0, np.sqrt(0.5)], rtol=0, atol=1e-9)

@@ -10,6 +10,7 @@ from lienumba.batch import statuses
 from lienumba.integrators import codes
 from tests.integrators.drivers.test_events import pendulum, run
 from tests.integrators.drivers.test_variable_step import equal
+from tests.rigs import parts
 
 G = 9.81
 LATCH = {"name": "latch", "when": "swing.angle > 30*deg", "action": "lock", "joint": "hinge"}
@@ -19,15 +20,15 @@ WAYS = [{"tolerance": 1e-11}, FIXED, {"tolerance": 1e-11, "method": "taylor"}]
 
 
 def body(*contacts: dict[str, Any], position: Any = (0, 0, 0.1), **integrator: Any) -> dict[str, Any]:
-    bodies = [{"name": "b", "mass": 1, "inertia": [0.1, 0.1, 0.1], "position": list(position)}]
-    every = [{"bodies": ["b", "ground"], "normal": [0, 0, 1], **c} for c in contacts]
+    bodies = [parts.body("b", position=list(position))]
+    every = [c | {"normal": [0, 0, 1]} for c in contacts]
     model = {"gravity": [0, 0, -G], "bodies": bodies, "contacts": every}
     return {"model": model, "integrator": {"end_time": 1.0, **integrator}, "output": {"every": 0.25}}
 
 
 def ball(restitution: Any, **integrator: Any) -> dict[str, Any]:
-    floor = {"name": "floor", "type": "sphere_plane", "points": [[0, 0, 0]] * 2, "radius": 0.1}
-    return body(floor | {"restitution": restitution}, position=(0, 0, 1.1), **integrator)
+    floor = parts.sphere("floor", "b", 0.1, restitution=restitution)
+    return body(floor, position=(0, 0, 1.1), **integrator)
 
 
 def changes(ds: Any, n: int = 0) -> list[tuple[float, int, int]]:
@@ -94,9 +95,8 @@ def test_what_stops_a_run_and_what_changes_it_keep_their_order(later, counts):
 
 
 def feet(mu: float, slope: float) -> dict[str, Any]:
-    legs = [(x, y) for x in (-0.5, 0.5) for y in (-0.5, 0.5)]
-    foot = {"type": "point_plane", "friction": mu}
-    contacts = [foot | {"name": f"leg{n}", "points": [[x, y, -0.3], [0, 0, 0]]} for n, (x, y) in enumerate(legs)]
+    legs = [(x, y, -0.3) for x in (-0.5, 0.5) for y in (-0.5, 0.5)]
+    contacts = parts.feet("b", legs, "leg", friction=mu)
     data = body(*contacts, position=(0, 0, 0.3), tolerance=1e-10)
     data["model"]["gravity"] = [G * np.sin(slope), 0, -G * np.cos(slope)]
     return data
@@ -110,8 +110,7 @@ def test_a_table_stands_on_four_legs_and_slides(slope, slides):
 
 
 def test_a_block_slides_to_rest():
-    foot = {"name": "foot", "type": "sphere_plane", "points": [[0, 0, 0]] * 2, "radius": 0.1, "friction": 0.3}
-    data = body(foot, tolerance=1e-10)
+    data = body(parts.sphere("foot", "b", 0.1, friction=0.3), tolerance=1e-10)
     data["model"]["bodies"][0]["velocity"] = [2, 1, 0]
     ds = run(data)
     rolls = np.sqrt(5.0) / (0.3 * G * (1 + 0.01 / 0.1))  # the slip ends
@@ -124,11 +123,8 @@ def test_a_block_slides_to_rest():
 
 def test_friction_of_a_joint_sticks():
     data = body(tolerance=1e-10)
-    data["model"] |= {
-        "joints": [{"name": "rail", "type": "prismatic", "bodies": ["ground", "b"], "at": [0, 0, 0.1],
-                    "axis": [1, 0, 0]}],
-        "forces": [{"name": "f", "type": "friction", "joint": "rail", "coulomb": 3.0, "static": 4.0}],
-    }  # fmt: skip
+    rail = parts.joint("rail", "prismatic", "b", at=[0, 0, 0.1], axis=[1, 0, 0])
+    data["model"] |= {"joints": [rail], "forces": [parts.dry("rail", 3.0, 4.0, "f")]}
     data["model"]["bodies"][0]["velocity"] = [2, 0, 0]
     ds = run(data)
     assert changes(ds) == [(pytest.approx(2 / 3, abs=1e-11), codes.STUCK, 0)]
@@ -141,8 +137,8 @@ def test_sets_releases_and_says_what_cannot_close():
     fall = release.velocity[0, -1, 0, 2] - release.velocity[0, -2, 0, 2]
     assert float(fall) == pytest.approx(-0.25 * G, abs=1e-11)
     data = body(position=(0, 0, 1), tolerance=1e-10)
-    data["model"]["joints"] = [{"name": "grip", "type": "spherical", "bodies": ["ground", "b"],
-                                "points": [[0, 0, 0]] * 2, "active": False}]  # fmt: skip
+    grip = parts.joint("grip", "spherical", "b", points=[[0, 0, 0]] * 2, active=False)
+    data["model"]["joints"] = [grip]
     data["quantities"] = [{"name": "place", "type": "point", "body": "b"}]
     data["events"] = [{"name": "catch", "when": "place.z < 0.5", "action": "engage", "joint": "grip"}]
     far = run(data)
@@ -161,10 +157,7 @@ def test_no_run_depends_on_its_neighbours(how):
     data["parameters"] = {"e": 0.5}
     data["model"]["contacts"][0] |= {"restitution": 0.5, "rest_speed": 0.3}
     del data["parameters"]
-    data["sweep"] = {"runs": 19, "vary": {
-        "contacts.floor.restitution": {"distribution": "uniform", "low": 0.1, "high": 0.9},
-        "bodies.b.position[2]": {"distribution": "uniform", "low": 0.2, "high": 1.5},
-    }}  # fmt: skip
+    data["sweep"] = parts.sweep(19, {"contacts.floor.restitution": (0.1, 0.9), "bodies.b.position[2]": (0.2, 1.5)})
     ds = run(data)
     assert len(set(ds.changes.values.tolist())) > 3
     assert equal(ds, run(data, workers=2))
@@ -178,10 +171,7 @@ def test_no_run_that_locks_depends_on_its_neighbours(how):
         LATCH | {"once": True}, FREE | {"when": "t > 1 + late"}, {"name": "low", "when": "tip.z < -0.4"}, **how
     )
     data["parameters"] = {"late": 0.0}
-    data["sweep"] = {"runs": 19, "vary": {
-        "parameters.late": {"distribution": "uniform", "low": 0.0, "high": 0.5},
-        "gravity[2]": {"distribution": "uniform", "low": -12.0, "high": -8.0},
-    }}  # fmt: skip
+    data["sweep"] = parts.sweep(19, {"parameters.late": (0.0, 0.5), "gravity[2]": (-12.0, -8.0)})
     ds = run(data)
     assert set(ds.changes.values.tolist()) == {2}
     assert equal(ds, run(data, workers=2))
@@ -206,7 +196,7 @@ def test_what_acts_at_a_time_does_so_on_the_end_of_a_step():
 def test_friction_of_what_flies_has_no_direction():
     """A ball that rolls as it bounces: at the contact that is open it stands still but for rounding, of which a series
     could make nothing."""
-    floor = {"name": "floor", "type": "sphere_plane", "points": [[0, 0, 0]] * 2, "radius": 0.1, "restitution": 0.6}
+    floor = parts.sphere("floor", "b", 0.1, restitution=0.6)
     found = []
     for how in ({"method": "taylor"}, {}):
         data = body(floor | {"friction": 0.3}, position=(0, 0, 1), tolerance=1e-10, **how)

@@ -9,10 +9,11 @@ import xarray as xr
 import lienumba
 from lienumba.batch import statuses
 from tests.oracles.changing.scenarios import kinds
+from tests.rigs import parts
 
-BODY: dict[str, Any] = {"name": "b", "mass": 2.0, "inertia": [0.3, 0.6, 0.4], "rotation": [1, 0, 0, 0]}
+BODY = parts.body("b", 2.0, [0.3, 0.6, 0.4], rotation=[1, 0, 0, 0])
 PLACE, SPEED = ({"name": name, "type": "point", "body": "b", "derivative": n} for n, name in enumerate("pv"))
-SLIDE = {"name": "rail", "type": "prismatic", "bodies": ["ground", "b"], "at": [0, 0, 0], "axis": [1, 0, 0]}
+SLIDE = parts.joint("rail", "prismatic", "b", at=[0, 0, 0], axis=[1, 0, 0])
 LONG: list[dict[str, Any]] = [  # steps about as long as all that happens
     {"step": 0.5},
     {"step": 0.5, "method": "radau5"},
@@ -47,13 +48,7 @@ def test_what_flies_past(integrator: dict[str, Any]) -> None:
             {"name": "gap", "type": "expression", "value": "sqrt(p.x**2 + p.y**2 + p.z**2)", "units": "m"},
         ],
         parameters={"v": 1.0, "y": 0.0},
-        sweep={
-            "runs": 60,
-            "vary": {
-                "parameters.v": {"distribution": "uniform", "low": 0.6, "high": 2},
-                "parameters.y": {"distribution": "uniform", "low": -0.04, "high": 0.04},
-            },
-        },
+        sweep=parts.sweep(60, {"parameters.v": (0.6, 2), "parameters.y": (-0.04, 0.04)}),
     )
     v, y = ds["parameters.v"].values, ds["parameters.y"].values
     half = np.sqrt(np.where(np.abs(y) < 0.02, 0.02**2 - y**2, np.nan))
@@ -104,7 +99,7 @@ def test_what_a_vibration_only_just_reaches(integrator: dict[str, Any]) -> None:
             {"name": "load", "type": "reaction", "joint": "pin"},
         ],
         parameters={"k": 0.9},
-        sweep={"runs": 60, "vary": {"parameters.k": {"distribution": "uniform", "low": 0.95, "high": 0.9999}}},
+        sweep=parts.sweep(60, {"parameters.k": (0.95, 0.9999)}),
     )
     k, w = ds["parameters.k"].values, np.sqrt(2)
     until = np.arccos(k)  # half of the angle for which it lasts
@@ -132,7 +127,7 @@ def test_what_it_does_is_done(integrator: dict[str, Any], action: str) -> None:
         integrator | {"end_time": 10.0},
         quantities=[PLACE],
         parameters={"v": 1.0, "push": 0.0},
-        sweep={"runs": 20, "vary": {"parameters.v": {"distribution": "uniform", "low": 0.6, "high": 2}}},
+        sweep=parts.sweep(20, {"parameters.v": (0.6, 2)}),
     )
     v = ds["parameters.v"].values
     behind = 10 - 5 / v
@@ -167,7 +162,7 @@ def test_a_crest_of_which_no_rate_is_known(integrator: dict[str, Any]) -> None:
         integrator | {"end_time": 4.0},
         quantities=[SPEED],
         parameters={"up": 5.0},
-        sweep={"runs": 60, "vary": {"parameters.up": {"distribution": "uniform", "low": 2, "high": 30}}},
+        sweep=parts.sweep(60, {"parameters.up": (2, 30)}),
     )
     slow = np.array([0.05, 0.05, 0.05, np.sqrt(3.001**2 - 9)])
     assert (ds["event_count"] == 1).all()
@@ -189,7 +184,7 @@ def test_what_would_come_behind_a_change_does_not_come_with_it(integrator: dict[
         integrator | {"end_time": 4.0},
         quantities=[PLACE],
         parameters={"v": 1.0, "push": 0.0},
-        sweep={"runs": 40, "vary": {"parameters.v": {"distribution": "uniform", "low": 0.6, "high": 3}}},
+        sweep=parts.sweep(40, {"parameters.v": (0.6, 3)}),
     )
     np.testing.assert_allclose(ds["event_time"].sel(event="gate"), 1 / ds["parameters.v"], rtol=1e-12)
     assert (ds["event_count"].sel(event="behind") == 0).all()
@@ -205,25 +200,18 @@ def test_what_is_shaken_lets_go_for_a_moment(axis: list[int], method: str, integ
         pytest.skip("refused, since it may slide")
     w, g, mu = 10.0, 9.81, 0.4
     most = mu * g if axis[0] else g
-    where = [[0, 0, 0], [0, 0, 0]]
     ds = simulated(
         {
             "gravity": [0, 0, -g],
-            "bodies": [
-                {"name": "table", "mass": 5, "inertia": [1, 1, 1], "position": [0, 0, 0]},
-                BODY | {"position": [0, 0, 0]},
-            ],
+            "bodies": [parts.body("table", 5, 1, position=[0, 0, 0]), BODY | {"position": [0, 0, 0]}],
             "joints": [SLIDE | {"bodies": ["ground", "table"], "axis": axis}],
             "drivers": [{"name": "shaker", "joint": "rail", "value": f"k*{most / w**2}*({w}*t - sin({w}*t))"}],
-            "contacts": [
-                {"name": "c", "type": "point_plane", "bodies": ["b", "table"], "points": where, "restitution": 0}
-                | {"friction": mu}
-            ],
+            "contacts": [parts.foot("c", "b", to="table", restitution=0, friction=mu)],
         },
         [],
         {"method": method, "end_time": 0.6} | integrator,
         parameters={"k": 1.0},
-        sweep={"runs": 40, "vary": {"parameters.k": {"distribution": "uniform", "low": 0.95, "high": 1.1}}},
+        sweep=parts.sweep(40, {"parameters.k": (0.95, 1.1)}),
     )
     k = ds["parameters.k"].values
     crest = np.arcsin(1 / np.maximum(k, 1.0)) + (0 if axis[0] else np.pi)
@@ -248,14 +236,9 @@ def test_what_happens_several_times_in_a_step_is_counted(integrator: dict[str, A
         integrator | {"end_time": 4.0},
         quantities=[PLACE, {"name": "mark", "type": "point", "body": "b", "point": [1, 0, 0]}],
         parameters={"wave": 10.0, "first": 0.1, "last": 1.0},
-        sweep={
-            "runs": 40,
-            "vary": {
-                "parameters.wave": {"distribution": "uniform", "low": 3, "high": 12},
-                "parameters.first": {"distribution": "uniform", "low": 0.05, "high": 0.2},
-                "parameters.last": {"distribution": "uniform", "low": 0.5, "high": 1.5},
-            },
-        },
+        sweep=parts.sweep(
+            40, {"parameters.wave": (3, 12), "parameters.first": (0.05, 0.2), "parameters.last": (0.5, 1.5)}
+        ),
     )
     wave, first, last = (ds[f"parameters.{name}"].values for name in ("wave", "first", "last"))
     end = last + 0.2 + np.arcsin(0.5) / 3
@@ -292,14 +275,7 @@ def test_speeds_that_rise_and_fall_several_times_in_a_step_are_counted(integrato
         integrator | {"end_time": end},
         quantities=[PLACE, SPEED | {"point": [1, 0, 0]}],
         parameters={"w": 10.0, "a": 1.0, "c": 0.0},
-        sweep={
-            "runs": runs,
-            "vary": {
-                "parameters.w": {"distribution": "uniform", "low": 5, "high": 12},
-                "parameters.a": {"distribution": "uniform", "low": -0.5, "high": 1},
-                "parameters.c": {"distribution": "uniform", "low": -3, "high": 3},
-            },
-        },
+        sweep=parts.sweep(runs, {"parameters.w": (5, 12), "parameters.a": (-0.5, 1), "parameters.c": (-3, 3)}),
     )  # fmt: skip
     w, a, c = (ds[f"parameters.{name}"].values[:, None] for name in "wac")
     t = np.linspace(0, end, 100_001)
@@ -338,7 +314,7 @@ def test_at_one_time_the_last_has_the_say_whatever_rounding_says(
         integrator | {"end_time": 1.0},
         quantities=[PLACE],
         parameters={"v": 1.0},
-        sweep={"runs": 64, "vary": {"parameters.v": {"distribution": "uniform", "low": 1.1, "high": 3.7}}},
+        sweep=parts.sweep(64, {"parameters.v": (1.1, 3.7)}),
     )
     locked = np.abs(ds["last_velocity"].values[:, 0, 0]) < 1e-9
     assert locked.all() if order == "unlock first" else not locked.any()

@@ -7,10 +7,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import lienumba
+from tests.rigs import parts
 
 SLIDER: dict[str, Any] = {
-    "bodies": [{"name": "b", "mass": 1, "inertia": [1, 1, 1], "position": [0, 0, 0]}],
-    "joints": [{"name": "j", "type": "prismatic", "bodies": ["ground", "b"], "at": [0, 0, 0], "axis": [1, 0, 0]}],
+    "bodies": [parts.body("b", 1, 1, position=[0, 0, 0])],
+    "joints": [parts.joint("j", "prismatic", "b", at=[0, 0, 0], axis=[1, 0, 0])],
 }
 
 
@@ -64,14 +65,8 @@ def test_a_kink_directly_before_the_end(end: float) -> None:
 
 def test_friction_that_sticks_beside_gears_and_stops() -> None:
     """Friction has rows of its own, also where it is asked what an elimination compares without forces."""
-    wheels = [
-        {"name": n, "mass": 1, "inertia": [0.1, 0.1, i], "position": [x, 0, 0]}
-        for n, i, x in (("a", 0.02, 0.0), ("b", 0.15, 0.4))
-    ]
-    hinges = [
-        {"name": n.upper(), "type": "revolute", "bodies": ["ground", n], "at": [x, 0, 0], "axis": [0, 0, 1], "angle": 0}
-        for n, x in (("a", 0.0), ("b", 0.4))
-    ]
+    wheels = [parts.body(n, 1, [0.1, 0.1, i], position=[x, 0, 0]) for n, i, x in (("a", 0.02, 0.0), ("b", 0.15, 0.4))]
+    hinges = [parts.hinge(n.upper(), n, [x, 0, 0], parts.Z, angle=0) for n, x in (("a", 0.0), ("b", 0.4))]
     gear = {"name": "G", "type": "gear", "joints": ["A", "B"], "ratio": -0.25}
     rubs = {"type": "friction", "name": "rubs", "joint": "B", "coulomb": 0.5, "static": 0.8}
     motor = {"type": "actuator", "name": "motor", "joint": "A", "value": "0.5*t"}
