@@ -8,11 +8,12 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import lienumba
+from tests.rigs import parts
+from tests.rigs.scenarios import LINK
 
 FUNCTIONS = Path(__file__).parent / "functions.py"
 M, L, J, G = 1.3, 0.6, 0.11, 9.81  # of the pendulum: its mass centre lies L below its hinge
 TURNING = J + M * L * L
-LINK = {"mass": M, "inertia": [0.06, 0.05, 0.02, 0.004, -0.006, 0.005]}
 
 
 def own(function: str, name: str = "own", **keys: Any) -> dict[str, Any]:
@@ -29,10 +30,9 @@ def pendulum(
     **sections: Any,
 ) -> dict[str, Any]:
     """A rod on a hinge along y, with its angle from hanging down."""
-    hinge = {"name": "hinge", "type": "revolute", "bodies": ["ground", "rod"], "points": [[0, 0, 0], [0, 0, L]],
-             "axes": [[0, 1, 0], [0, 1, 0]], "references": [[1, 0, 0], [1, 0, 0]]}  # fmt: skip
-    rod = {"name": "rod", "mass": M, "inertia": [0.1, J, 0.12], "angular_velocity": [0, rate, 0],
-           "rotation": {"axis": [0, 1, 0], "angle": angle}}  # fmt: skip
+    hinge = parts.pivot("hinge", "rod", second=[0, 0, L])
+    rod = parts.body("rod", M, [0.1, J, 0.12], angular_velocity=[0, rate, 0])
+    rod["rotation"] = {"axis": [0, 1, 0], "angle": angle}
     return {
         "model": {"bodies": [rod], "joints": [hinge], "forces": copy.deepcopy(list(forces))},
         "integrator": {"step": step, "end_time": end},
@@ -46,22 +46,17 @@ def pair(*forces: dict[str, Any], step: float = 2e-3, end: float = 0.4, **sectio
         "model": {
             "gravity": [0.5, -0.3, -9.81],
             "bodies": [
-                {"name": "arm", **LINK, "position": [0, 0.3, -0.2], "rotation": [1, 0, 0, 0]},
-                {"name": "ball", "mass": 0.7, "inertia": [0.02, 0.03, 0.025, 0.001, 0, 0.002], "position": [0.6, 0, -1],
-                 "rotation": {"axis": [0.3, 1, 0.2], "angle": 0.7}, "velocity": [0.3, 1, 2],
-                 "angular_velocity": [3, -2, 4]},
-                {"name": "block", "mass": 0.9, "inertia": [0.02, 0.02, 0.02], "position": [1, 1, 0],
-                 "rotation": [1, 0, 0, 0]},
-                {"name": "tube", "mass": 0.8, "inertia": [0.02, 0.04, 0.03], "position": [-1, 0, 0],
-                 "rotation": [1, 0, 0, 0]},
+                parts.body("arm", **LINK, position=[0, 0.3, -0.2], rotation=[1, 0, 0, 0]),
+                parts.body("ball", 0.7, [0.02, 0.03, 0.025, 0.001, 0, 0.002], position=[0.6, 0, -1],
+                           rotation={"axis": [0.3, 1, 0.2], "angle": 0.7}, velocity=[0.3, 1, 2],
+                           angular_velocity=[3, -2, 4]),
+                parts.body("block", 0.9, 0.02, position=[1, 1, 0], rotation=[1, 0, 0, 0]),
+                parts.body("tube", 0.8, [0.02, 0.04, 0.03], position=[-1, 0, 0], rotation=[1, 0, 0, 0]),
             ],
             "joints": [
-                {"name": "shoulder", "type": "revolute", "bodies": ["ground", "arm"], "at": [0, 0.2, 0],
-                 "axis": [0, 1, 0.2], "rate": 3.0},
-                {"name": "rail", "type": "prismatic", "bodies": ["ground", "block"], "at": [1, 1, 0],
-                 "axis": [1, 0.3, 0.5], "speed": 0.4},
-                {"name": "sleeve", "type": "cylindrical", "bodies": ["ground", "tube"], "at": [-1, 0.1, 0],
-                 "axis": [0.2, 1, 0.3], "speed": 0.4, "rate": 2.0},
+                parts.hinge("shoulder", "arm", [0, 0.2, 0], [0, 1, 0.2], rate=3.0),
+                parts.joint("rail", "prismatic", "block", at=[1, 1, 0], axis=[1, 0.3, 0.5], speed=0.4),
+                parts.joint("sleeve", "cylindrical", "tube", at=[-1, 0.1, 0], axis=[0.2, 1, 0.3], speed=0.4, rate=2.0),
             ],
             "forces": copy.deepcopy(list(forces)),
         },

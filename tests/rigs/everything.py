@@ -2,11 +2,10 @@
 
 from typing import Any
 
-BALL = {"name": "ball", "mass": 0.5, "inertia": [0.002] * 3, "position": [0, 0, 0.5], "velocity": [0.5, 0, 0]}
-FLOOR = {
-    "name": "floor", "type": "sphere_plane", "bodies": ["ball", "ground"], "points": [[0, 0, 0]] * 2,
-    "normal": [0, 0, 1], "radius": 0.1, "restitution": 0.8,
-}  # fmt: skip
+from tests.rigs import parts
+
+BALL = parts.body("ball", 0.5, 0.002, position=[0, 0, 0.5], velocity=[0.5, 0, 0])
+FLOOR = parts.sphere("floor", "ball", 0.1, normal=[0, 0, 1], restitution=0.8)
 HINGE = {
     "name": "hinge", "type": "revolute", "bodies": ["ground", "rod"], "points": [[0, 1, 1], [0, 0, 0.5]],
     "axes": [[0, 1, 0]] * 2, "angle": 0.5, "rate": 0,
@@ -35,13 +34,7 @@ EVERYTHING: dict[str, Any] = {
         "every": 0.1, "joint_coordinates": True, "also": ["multiplier"], "at_events": ["speed"],
         "summary": {"swing.angle": ["max", "final", "time_of_max"], "speed": ["max", "min"]},
     },
-    "sweep": {
-        "runs": 16,
-        "vary": {
-            "parameters.push": {"distribution": "uniform", "low": 0.0, "high": 0.3},
-            "bodies.ball.velocity[2]": {"distribution": "uniform", "low": -0.4, "high": 0.3},
-        },
-    },
+    "sweep": parts.sweep(16, {"parameters.push": (0.0, 0.3), "bodies.ball.velocity[2]": (-0.4, 0.3)}),
 }  # fmt: skip
 BRIEF = {"output.mode": "summary", "output.full_runs": '"0:2"', "output.also": []}
 STOP = {"width": 1.0, "every": 4}

@@ -4,6 +4,7 @@ Lengths are in m, masses in kg, inertias in kg m^2, times in s. `keys` are furth
 the function sets.
 """
 
+import copy
 from collections.abc import Iterable
 from typing import Any
 
@@ -22,7 +23,7 @@ def body(name: str = "b", mass: Any = 1, inertia: Any = 0.1, **keys: Any) -> Par
 
 def resting(name: str = "b", mass: Any = 1, inertia: Any = 0.1, position: Vector = ORIGIN, **keys: Any) -> Part:
     """A body that starts at rest, its axes along those of the ground."""
-    return body(name, mass, inertia, position=list(position), rotation=[1, 0, 0, 0]) | AT_REST | keys
+    return body(name, mass, inertia, position=list(position), rotation=[1, 0, 0, 0]) | copy.deepcopy(AT_REST) | keys
 
 
 def foot(name: str, body: str, point: Vector = ORIGIN, on: Vector = ORIGIN, to: str = "ground", **keys: Any) -> Part:
@@ -54,7 +55,11 @@ def hinge(name: str, body: str, at: Vector = ORIGIN, axis: Vector = Y, to: str =
 
 def frames(axis: list[Any], first: Vector = ORIGIN, second: Vector = ORIGIN) -> Part:
     """Keys of a joint whose place and axis are given in both bodies, with references across the axis."""
-    return {"points": [list(first), list(second)], "axes": [axis] * 2, "references": [Y if axis == X else X] * 2}
+    return {
+        "points": [list(first), list(second)],
+        "axes": [list(axis)] * 2,
+        "references": [list(Y if axis == X else X)] * 2,
+    }
 
 
 def pivot(

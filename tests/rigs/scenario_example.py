@@ -3,33 +3,22 @@
 import copy
 from typing import Any
 
+from tests.rigs import parts
+
 EXAMPLE: dict[str, Any] = {
     "title": "example",
     "model": {
         "gravity": [0, 0, -9.81],
         "bodies": [
-            {
-                "name": "top",
-                "mass": 15,
-                "inertia": [0.234375, 0.46875, 0.234375],
-                "position": [0, 1, 0],
-                "rotation": [1, 0, 0, 0],
-                "angular_velocity": [0, 150, -4.61538],
-            }
+            parts.body("top", 15, [0.234375, 0.46875, 0.234375], position=[0, 1, 0], rotation=[1, 0, 0, 0],
+                       angular_velocity=[0, 150, -4.61538])
         ],
-        "joints": [
-            {
-                "name": "pivot",
-                "type": "spherical",
-                "bodies": ["ground", "top"],
-                "points": [[0, 0, 0], [0, -1, 0]],
-            }
-        ],
+        "joints": [parts.joint("pivot", "spherical", "top", points=[[0, 0, 0], [0, -1, 0]])],
     },
     "integrator": {"method": "rk4", "step": 1e-3, "end_time": 0.1},
     "output": {"every": 0.01},
     "sweep": {"runs": 3, "seed": 1, "vary": {"bodies.top.mass": {"distribution": "normal", "std": 0.1}}},
-}
+}  # fmt: skip
 
 
 def example(**changes: Any) -> dict[str, Any]:

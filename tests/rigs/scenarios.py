@@ -12,134 +12,55 @@ from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import prepare
 from tests.oracles.reference.lagrange_top import State, motion
+from tests.rigs import parts
+from tests.rigs.scenario_example import EXAMPLE
 
 Twin = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]  # r (k,3), R (k,3,3), v (k,3), w (k,3)
 
-TOP: dict[str, Any] = {
-    "model": {
-        "bodies": [
-            {
-                "name": "top",
-                "mass": 15,
-                "inertia": [0.234375, 0.46875, 0.234375],
-                "position": [0, 1, 0],
-                "rotation": [1, 0, 0, 0],
-                "angular_velocity": [0, 150, -4.61538],
-            }
-        ],
-        "joints": [
-            {"name": "pivot", "type": "spherical", "bodies": ["ground", "top"], "points": [[0, 0, 0], [0, -1, 0]]}
-        ],
-    }
-}
+TOP: dict[str, Any] = {"model": {key: EXAMPLE["model"][key] for key in ("bodies", "joints")}}
 
-LINK = {"mass": 1.3, "inertia": [0.06, 0.05, 0.02, 0.004, -0.006, 0.005]}
+LINK: dict[str, Any] = {"mass": 1.3, "inertia": [0.06, 0.05, 0.02, 0.004, -0.006, 0.005]}
 PENDULUM: dict[str, Any] = {  # two skew links, kicked out of their plane
     "model": {
         "bodies": [
-            {
-                "name": "upper",
-                **LINK,
-                "rotation": {"rotation_vector": [0.4, 0.9, -0.2]},
-                "angular_velocity": [2, -3, 5],
-            },
-            {
-                "name": "lower",
-                "mass": 0.8,
-                "inertia": [[0.03, 0.002, 0.001], [0.002, 0.04, -0.003], [0.001, -0.003, 0.025]],
-                "rotation": {"euler": "ZYX", "angles": [0.3, -0.5, 1.1]},
-                "angular_velocity": [-4, 1, 2],
-            },
+            parts.body("upper", **LINK, rotation={"rotation_vector": [0.4, 0.9, -0.2]}, angular_velocity=[2, -3, 5]),
+            parts.body("lower", 0.8, [[0.03, 0.002, 0.001], [0.002, 0.04, -0.003], [0.001, -0.003, 0.025]],
+                       rotation={"euler": "ZYX", "angles": [0.3, -0.5, 1.1]}, angular_velocity=[-4, 1, 2]),
         ],
         "joints": [
-            {
-                "name": "hang",
-                "type": "spherical",
-                "bodies": ["ground", "upper"],
-                "points": [[0.1, 0, 0], [0, 0.02, 0.3]],
-            },
-            {
-                "name": "elbow",
-                "type": "spherical",
-                "bodies": ["upper", "lower"],
-                "points": [[0.03, 0, -0.3], [0, -0.01, 0.25]],
-            },
+            parts.joint("hang", "spherical", "upper", points=[[0.1, 0, 0], [0, 0.02, 0.3]]),
+            parts.joint("elbow", "spherical", "lower", "upper", points=[[0.03, 0, -0.3], [0, -0.01, 0.25]]),
         ],
     }
-}
+}  # fmt: skip
 
 LOOP: dict[str, Any] = {  # two bodies, a foot on the ground, four rods; five freedoms are left
     "model": {
         "gravity": [0.3, -1, -9.81],
         "bodies": [
-            {"name": "left", **LINK, "rotation": {"axis": [0, 1, 0.2], "angle": 0.6}, "angular_velocity": [1, 0, 2]},
-            {
-                "name": "right",
-                "mass": 2.1,
-                "inertia": [0.05, 0.07, 0.04, -0.004, 0.006, 0.001],
-                "position": [0.9, 0.1, -0.5],
-                "rotation": {"rotation_vector": [0.2, -0.4, 0.3]},
-            },
+            parts.body("left", **LINK, rotation={"axis": [0, 1, 0.2], "angle": 0.6}, angular_velocity=[1, 0, 2]),
+            parts.body("right", 2.1, [0.05, 0.07, 0.04, -0.004, 0.006, 0.001], position=[0.9, 0.1, -0.5],
+                       rotation={"rotation_vector": [0.2, -0.4, 0.3]}),
         ],
         "joints": [
-            {
-                "name": "foot",
-                "type": "spherical",
-                "bodies": ["ground", "left"],
-                "points": [[0, 0, 0], [-0.1, 0.05, 0.3]],
-            },
-            {
-                "name": "tie",
-                "type": "distance",
-                "bodies": ["left", "right"],
-                "points": [[0.1, 0, -0.3], [0, 0.1, -0.2]],
-            },
-            {
-                "name": "rope",
-                "type": "distance",
-                "bodies": ["right", "ground"],
-                "points": [[0, 0, 0.25], [1, 0.2, 0.4]],
-            },
-            {
-                "name": "stay",
-                "type": "distance",
-                "bodies": ["ground", "right"],
-                "points": [[0.2, 0.9, 0], [0.1, 0.2, 0]],
-            },
-            {
-                "name": "brace",
-                "type": "distance",
-                "bodies": ["left", "right"],
-                "points": [[0, 0.2, 0], [0.1, -0.1, 0.2]],
-            },
+            parts.joint("foot", "spherical", "left", points=[[0, 0, 0], [-0.1, 0.05, 0.3]]),
+            parts.joint("tie", "distance", "right", "left", points=[[0.1, 0, -0.3], [0, 0.1, -0.2]]),
+            parts.joint("rope", "distance", "ground", "right", points=[[0, 0, 0.25], [1, 0.2, 0.4]]),
+            parts.joint("stay", "distance", "right", points=[[0.2, 0.9, 0], [0.1, 0.2, 0]]),
+            parts.joint("brace", "distance", "right", "left", points=[[0, 0.2, 0], [0.1, -0.1, 0.2]]),
         ],
     }
-}
+}  # fmt: skip
 
 BENNETT: dict[str, Any] = {  # four rods whose opposite ones are equal: 20 rows of rank 17, and a full turn of freedom
     "model": {
         "bodies": [
-            {
-                "name": "first",
-                "mass": 0.6,
-                "inertia": [0.0126, 0.0091, 0.0126, 0.006, -0.0045, 0.006],
-                "position": [0.35, 0.2, 0],
-                "rotation": [1, 0, 0, 0],
-            },
-            {
-                "name": "second",
-                "mass": 0.9,
-                "inertia": [0.01885, 0.0436, 0.04885, -0.021, 0.01575, 0.009],
-                "position": [-0.15, 0.2, 0],
-                "rotation": [1, 0, 0, 0],
-            },
-            {
-                "name": "third",
-                "mass": 0.6,
-                "inertia": [0.0126, 0.0091, 0.0126, 0.006, 0.0045, -0.006],
-                "position": [-0.35, -0.2, 0],
-                "rotation": [1, 0, 0, 0],
-            },
+            parts.body(name, mass, inertia, position=place, rotation=[1, 0, 0, 0])
+            for name, mass, inertia, place in [
+                ("first", 0.6, [0.0126, 0.0091, 0.0126, 0.006, -0.0045, 0.006], [0.35, 0.2, 0]),
+                ("second", 0.9, [0.01885, 0.0436, 0.04885, -0.021, 0.01575, 0.009], [-0.15, 0.2, 0]),
+                ("third", 0.6, [0.0126, 0.0091, 0.0126, 0.006, 0.0045, -0.006], [-0.35, -0.2, 0]),
+            ]
         ],
         "joints": [
             {"name": name, "type": "revolute", "bodies": ends, "at": at, "axis": axis, **rate}
@@ -161,21 +82,15 @@ def chain(links: int) -> dict[str, Any]:
     for i in range(links):
         xx, xy = 0.02 + 0.003 * i, 0.002 * (-1) ** i
         bodies.append(
-            {
-                "name": f"link{i}",
-                "mass": 1 + 0.1 * i,
-                "inertia": [xx, xx + 0.004, 0.01, xy, -0.001, 0.0015],
-                "rotation": {"rotation_vector": [0.3 * i - 0.4, 0.7 - 0.2 * i, 0.1 * i]},
-                "angular_velocity": [1.0 - i, 0.5 * i, 2.0],
-            }
-        )
+            parts.body(
+                f"link{i}", 1 + 0.1 * i, [xx, xx + 0.004, 0.01, xy, -0.001, 0.0015],
+                rotation={"rotation_vector": [0.3 * i - 0.4, 0.7 - 0.2 * i, 0.1 * i]},
+                angular_velocity=[1.0 - i, 0.5 * i, 2.0],
+            )
+        )  # fmt: skip
+        points = [[0, 0.01, -0.2] if i else [0, 0, 0], [0.02, 0, 0.2]]
         joints.append(
-            {
-                "name": f"hinge{i}",
-                "type": "spherical",
-                "bodies": [f"link{i - 1}" if i else "ground", f"link{i}"],
-                "points": [[0, 0.01, -0.2] if i else [0, 0, 0], [0.02, 0, 0.2]],
-            }
+            parts.joint(f"hinge{i}", "spherical", f"link{i}", f"link{i - 1}" if i else "ground", points=points)
         )
     return {"model": {"bodies": bodies, "joints": joints}}
 
