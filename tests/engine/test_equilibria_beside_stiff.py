@@ -8,19 +8,16 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import lienumba
+from tests.rigs.parts import numbers, quaternion
 
 G = 9.81
 SHORT = {"integrator": {"method": "dop853", "tolerance": 1e-10, "end_time": 0.1}}
 TURNS = [Rotation.identity(), *Rotation.random(2, random_state=7)]
 
 
-def numbers(x: Any) -> list[float]:
-    return [float(y) for y in x]
-
-
 def body(name: str, turn: Rotation, place: Any) -> dict[str, Any]:
     return {"name": name, "mass": 1.0, "inertia": [0.1, 0.12, 0.15], "position": numbers(turn.apply(place)),
-            "rotation": numbers(turn.as_quat()[[3, 0, 1, 2]])}  # fmt: skip
+            "rotation": quaternion(turn)}  # fmt: skip
 
 
 def mount(turn: Rotation, stiffness: float) -> dict[str, Any]:

@@ -8,16 +8,12 @@ from scipy.spatial.transform import Rotation
 
 import lienumba
 from tests.rigs import parts
+from tests.rigs.parts import quaternion
 
 G = 9.81
 SHORT = {"integrator": {"method": "rk4", "step": 0.002, "end_time": 0.2}}
 HALF = 0.05
 CORNERS = [[x, y, -HALF] for x in (-0.1, 0.1) for y in (-0.1, 0.1)]
-
-
-def quaternion(R: Rotation) -> list[float]:
-    found: list[float] = np.roll(R.as_quat(), 1).tolist()
-    return found
 
 
 def on_points(

@@ -7,16 +7,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import lienumba
+from tests.rigs import parts
+from tests.rigs.parts import numbers, quaternion
 
 G = 9.81
 SHORT = {"integrator": {"method": "dop853", "tolerance": 1e-10, "end_time": 0.1}}
 TURNS = [Rotation.identity(), *Rotation.random(3, random_state=3)]
 Z = np.array([0.0, 0.0, 1.0])
 FOUND, UNSTABLE, NOT_ISOLATED = 0, 2, 3
-
-
-def numbers(x: Any) -> list[float]:
-    return [float(y) for y in x]
 
 
 class Scene:
@@ -29,10 +27,8 @@ class Scene:
 
     def body(self, name: str, place: Any, tilt: Rotation | None = None, inertia: Any = (0.1, 0.12, 0.2)) -> None:
         turn = self.turn * (tilt or Rotation.identity())
-        self.model["bodies"].append({
-            "name": name, "mass": 1.0, "inertia": list(inertia), "position": numbers(self.turn.apply(place)),
-            "rotation": numbers(turn.as_quat()[[3, 0, 1, 2]]),
-        })  # fmt: skip
+        place = numbers(self.turn.apply(place))
+        self.model["bodies"].append(parts.body(name, 1.0, list(inertia), position=place, rotation=quaternion(turn)))
 
     def joint(self, kind: str, base: str, body: str, at: Any, axis: Any = None) -> None:
         own = {} if axis is None else {"axis": numbers(self.turn.apply(axis))}

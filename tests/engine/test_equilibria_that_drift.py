@@ -7,19 +7,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import lienumba
+from tests.rigs.parts import numbers, quaternion
 
 G = 9.81
 SHORT = {"integrator": {"method": "dop853", "tolerance": 1e-10, "end_time": 0.1}}
 TURNS = [Rotation.identity(), *Rotation.random(2, random_state=4)]
 UP = np.array([0.0, 0.0, 1.0])
-
-
-def quaternion(turn: Rotation) -> list[float]:
-    return [float(x) for x in turn.as_quat()[[3, 0, 1, 2]]]
-
-
-def numbers(x: Any) -> list[float]:
-    return [float(y) for y in x]
 
 
 @pytest.mark.parametrize("turn", TURNS)

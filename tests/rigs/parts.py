@@ -15,6 +15,16 @@ X, Y, Z = [1, 0, 0], [0, 1, 0], [0, 0, 1]
 AT_REST = {"velocity": [0, 0, 0], "angular_velocity": [0, 0, 0]}
 
 
+def numbers(x: Any) -> list[float]:
+    """A vector as a scenario has it."""
+    return [float(y) for y in x]
+
+
+def quaternion(R: Any) -> list[float]:
+    """A rotation of SciPy as a scenario has it: w, x, y, z."""
+    return numbers(R.as_quat()[[3, 0, 1, 2]])
+
+
 def body(name: str = "b", mass: Any = 1, inertia: Any = 0.1, **keys: Any) -> Part:
     """A rigid body; inertia: of each axis if it is one number, else as a scenario has it."""
     inertias = [inertia] * 3 if isinstance(inertia, int | float) else inertia

@@ -9,7 +9,7 @@ from tests.rigs import parts
 from tests.rigs.parts import AT_REST, table
 
 G = 9.81
-__all__ = ["AT_REST", "G", "ball", "block", "eight", "kinds", "panels", "scenario", "settings", "table"]
+__all__ = ["AT_REST", "G", "ball", "block", "eight", "kinds", "panels", "scenario", "settings", "statuses", "table"]
 
 
 def settings(end: float, tolerance: float = 1e-12, **integrator: Any) -> dict[str, Any]:
@@ -39,6 +39,12 @@ def kinds(ds: Any, kind: str) -> Any:
     """Which of the changes are of this kind."""
     names = ds.change_kind.flag_meanings.split()
     return ds.change_kind.values == ds.change_kind.flag_values[names.index(kind)]
+
+
+def statuses(ds: Any) -> list[str]:
+    """Of all runs."""
+    names = dict(zip(ds.status.flag_values.tolist(), ds.status.flag_meanings.split(), strict=True))
+    return [names[x] for x in ds.status.values.tolist()]
 
 
 def panels(chain: Chain, q: np.ndarray, latch: np.ndarray, let_go: list[float], end: float) -> dict[str, Any]:

@@ -7,15 +7,11 @@ import pytest
 
 import lienumba
 from tests.oracles.changing import scenarios
+from tests.oracles.changing.scenarios import statuses
 from tests.rigs import parts
 
 G, WHEN, GAP = 9.81, 0.1, 0.01
 SPIN = [1.0, 2.0, 3.0]
-
-
-def statuses(ds: Any) -> list[str]:
-    names = dict(zip(ds.status.flag_values, ds.status.flag_meanings.split(), strict=True))
-    return [names[int(x)] for x in ds.status]
 
 
 def test_what_closing_takes_is_in_the_books_and_what_does_not_close_is_not() -> None:

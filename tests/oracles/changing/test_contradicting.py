@@ -8,7 +8,7 @@ import pytest
 
 import lienumba
 from tests.oracles.changing import scenarios
-from tests.oracles.changing.test_closing import statuses
+from tests.oracles.changing.scenarios import statuses
 from tests.rigs import parts
 
 DEPTH = 0.05  # m

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import lienumba
 from tests.rigs import parts
+from tests.rigs.parts import quaternion
 
 LEAN, LONG, RADIUS = -0.08, 0.3, 0.1  # of the pendulum: rad, m to its mass centre, m
 CART, BOB, SWING = 1.0, 0.5, 0.004  # kg, kg, kg m^2
@@ -25,11 +26,6 @@ WAYS = [{**DOP853, "coordinates": "joint"}, DOP853, {"method": "rk4", "step": 1e
 
 def turned(R: Rotation, *vector: float) -> list[float]:
     return [float(x) for x in R.apply(vector)]
-
-
-def quaternion(R: Rotation) -> list[float]:
-    x, y, z, w = R.as_quat()
-    return [float(w), float(x), float(y), float(z)]
 
 
 def cart(R: Rotation, rate: float, wall: bool, integrator: dict[str, Any], **more: Any) -> dict[str, Any]:

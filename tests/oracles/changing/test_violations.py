@@ -15,11 +15,6 @@ from tests.rigs import parts
 G, UNIT = 9.81, 1e-4
 
 
-def ends(ds: Any) -> list[str]:
-    names = dict(zip(ds.status.flag_values.tolist(), ds.status.flag_meanings.split(), strict=True))
-    return [names[x] for x in ds.status.values.tolist()]
-
-
 def standing(height: float, **contact: Any) -> dict[str, Any]:
     """A point of 1 kg; what a floor gives back of impacts is a number of each run."""
     floor = parts.foot("floor", "b", restitution=0.5, **contact)
@@ -51,7 +46,7 @@ def test_what_only_pushes_does_nothing_else(
         return found
 
     monkeypatch.setattr(turning, "conditions", conditions)
-    assert ends(lienumba.run(data, progress=False)) == ["success", "contact_violated"]
+    assert scenarios.statuses(lienumba.run(data, progress=False)) == ["success", "contact_violated"]
 
 
 @pytest.mark.parametrize("first", ["plane", "ball"])
@@ -63,5 +58,5 @@ def test_what_is_closed_does_not_move(first: str) -> None:
     both = [plane, ball] if first == "plane" else [ball, plane]
     model = {"gravity": [0.5, 0, -G], "bodies": [parts.resting("b", 1.3, [0.1, 0.2, 0.3])], "contacts": both}
     ds = lienumba.run({"model": model, "integrator": scenarios.settings(0.5, 1e-9)}, progress=False)
-    assert ends(ds) == ["contact_violated"]
+    assert scenarios.statuses(ds) == ["contact_violated"]
     assert np.isnan(ds.energy.values[0, -1])
