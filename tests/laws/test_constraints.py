@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 
 import lienumba
 from tests.laws.rigs import FUNCTIONS, close, order, run
+from tests.rigs import parts
 from tests.rigs.scenarios import PENDULUM, chain
 
 G = 9.81
@@ -40,11 +41,8 @@ ROUND = np.sqrt(
 
 
 def disc(spin: list[float], step: float, end: float, **more: Any) -> dict[str, Any]:
-    body = {
-        "name": "disc", "mass": MASS, "inertia": [ACROSS, ACROSS, ALONG], "angular_velocity": spin,
-        "position": [CIRCLE, 0, RADIUS * np.cos(LEAN)],
-        "rotation": {"axis": [0, 1, 0], "angle": np.pi / 2 - LEAN},
-    }  # fmt: skip
+    body = parts.body("disc", MASS, [ACROSS, ACROSS, ALONG], angular_velocity=spin)
+    body |= {"position": [CIRCLE, 0, RADIUS * np.cos(LEAN)], "rotation": {"axis": [0, 1, 0], "angle": np.pi / 2 - LEAN}}
     return scenario([body], [joint("rolling", ["disc"], level="velocity", parameters={"radius": RADIUS})], step, end,
                     **more)  # fmt: skip
 
@@ -85,11 +83,9 @@ def test_a_disc_that_wobbles_keeps_its_energy_and_its_height():
 
 # ---------------------------------------------------------------- a knife edge
 def sleigh(step: float, end: float) -> dict[str, Any]:
-    body = {
-        "name": "sleigh", "mass": 2.0, "inertia": [0.2, 0.2, 0.3], "position": [0.4, 0, 0], "rotation": [1, 0, 0, 0],
-        "angular_velocity": [0, 0, 3.0], "velocity": [-1.0, 0.4 * 3.0, 0],
-    }  # fmt: skip
-    plane = {"name": "ice", "type": "planar", "bodies": ["ground", "sleigh"], "at": [0, 0, 0], "axis": [0, 0, 1]}
+    body = parts.body("sleigh", 2.0, [0.2, 0.2, 0.3], position=[0.4, 0, 0], rotation=[1, 0, 0, 0])
+    body |= {"angular_velocity": [0, 0, 3.0], "velocity": [-1.0, 0.4 * 3.0, 0]}
+    plane = parts.joint("ice", "planar", "sleigh", at=[0, 0, 0], axis=[0, 0, 1])
     return scenario(
         [body], [plane, joint("knife", ["sleigh"], level="velocity", parameters={"behind": 0.4})], step, end
     )
@@ -125,14 +121,11 @@ E, SUM, M_CAM, J_CAM, M_F = 0.1, 0.35, 1.5, 0.05, 0.6
 
 def cam(step: float, end: float, **follower: Any) -> dict[str, Any]:
     bodies = [
-        {"name": "cam", "mass": M_CAM, "inertia": [J_CAM, J_CAM, J_CAM]},
-        {"name": "follower", "mass": M_F, "inertia": [0.01, 0.01, 0.01], "rotation": [1, 0, 0, 0], **follower},
+        parts.body("cam", M_CAM, J_CAM),
+        parts.body("follower", M_F, 0.01, rotation=[1, 0, 0, 0], **follower),
     ]
-    shaft = {"name": "shaft", "type": "revolute", "bodies": ["ground", "cam"], "points": [[0, 0, 0], [0, 0, -E]],
-             "axes": [[0, 1, 0], [0, 1, 0]], "references": [[1, 0, 0], [1, 0, 0]], "angle": 1.0,
-             "rate": 8.0}  # fmt: skip
-    guide = {"name": "guide", "type": "prismatic", "bodies": ["ground", "follower"], "points": [[0, 0, 0], [0, 0, 0]],
-             "axes": [[0, 0, 1], [0, 0, 1]]}  # fmt: skip
+    shaft = parts.pivot("shaft", "cam", second=[0, 0, -E], angle=1.0, rate=8.0)
+    guide = parts.joint("guide", "prismatic", "follower", points=[[0, 0, 0]] * 2, axes=[[0, 0, 1]] * 2)
     contact = joint("roller", ["cam", "follower"], name="contact", parameters={"distance": SUM})
     return scenario(bodies, [shaft, guide, contact], step, end)
 
@@ -175,8 +168,8 @@ def test_a_follower_on_a_cam_against_one_coordinate():
 
 def test_its_numbers_can_be_swept():
     """Every run begins where its own numbers have it."""
-    vary = {"joints.contact.parameters.distance": {"distribution": "uniform", "low": 0.3, "high": 0.4}}
-    data = cam(0.005, 0.2, guess={"position": [0, 0, 0.4]}) | {"sweep": {"runs": 5, "seed": 1, "vary": vary}}
+    swept = parts.sweep(5, {"joints.contact.parameters.distance": (0.3, 0.4)}, seed=1)
+    data = cam(0.005, 0.2, guess={"position": [0, 0, 0.4]}) | {"sweep": swept}
     ds = run(data)
     for n in range(5):
         distance = float(ds["joints.contact.parameters.distance"][n])
@@ -266,16 +259,14 @@ def test_a_velocity_that_a_built_in_joint_forbids_already():
 def test_a_velocity_that_positions_and_the_time_decide():
     """A belt whose speed follows a quantity: what it does is accounted for as work."""
     bodies = [
-        {"name": "rod", "mass": 1, "inertia": [0.1, 0.1, 0.1], "rotation": [1, 0, 0, 0], "angular_velocity": [0, 2, 0]},
-        {"name": "block", "mass": 2, "inertia": [0.1, 0.1, 0.1], "position": [1, 0, 0], "rotation": [1, 0, 0, 0]},
+        parts.body("rod", rotation=[1, 0, 0, 0], angular_velocity=[0, 2, 0]),
+        parts.body("block", 2, position=[1, 0, 0], rotation=[1, 0, 0, 0]),
     ]
     joints = [
-        {"name": "hinge", "type": "revolute", "bodies": ["ground", "rod"], "points": [[0, 0, 0], [0, 0, 0.5]],
-         "axes": [[0, 1, 0], [0, 1, 0]]},
-        {"name": "rail", "type": "prismatic", "bodies": ["ground", "block"], "points": [[0, 0, 0], [0, 0, 0]],
-         "axes": [[1, 0, 0], [1, 0, 0]]},
+        parts.joint("hinge", "revolute", "rod", points=[[0, 0, 0], [0, 0, 0.5]], axes=[[0, 1, 0]] * 2),
+        parts.joint("rail", "prismatic", "block", points=[[0, 0, 0]] * 2, axes=[[1, 0, 0]] * 2),
         joint("belt", ["rod", "block"], level="velocity", parameters={"ratio": 0.7}),
-    ]  # fmt: skip
+    ]
     quantities = [{"name": "pointing", "type": "rotation_error", "body": "rod"}]
     residuals = []
     for step in (0.01, 0.005):
@@ -299,12 +290,8 @@ def tie(first, second, *, a, b, c):
 def test_a_constraint_of_angles_counts_their_turns(coordinates):
     """Two pendulums of which one follows the other by a polynomial: Lagrange's equation of the one angle."""
     a, b, c, reach, g = 0.1, 0.5, 0.3, 0.3, 9.81
-    bodies = [{"name": name, "mass": 1.0, "inertia": [0.1, 0.2, 0.3]} for name in "ab"]
-    keys = {"type": "revolute", "axes": [[0, 1, 0]] * 2, "references": [[1, 0, 0]] * 2}
-    joints = [
-        {"name": joint, **keys, "bodies": ["ground", body], "points": [[n, 0, 0], [0, 0, -reach]]}
-        for n, (joint, body) in enumerate(zip(("first", "second"), "ab", strict=True))
-    ]
+    bodies = [parts.body(name, 1.0, [0.1, 0.2, 0.3]) for name in "ab"]
+    joints = [parts.pivot(name, "ab"[n], [n, 0, 0], [0, 0, -reach]) for n, name in enumerate(("first", "second"))]
     joints[0] |= {"angle": 0.5, "rate": 1.0}
     law = {"type": "python", "function": "laws.py:tie", "joints": ["first", "second"], "rows": ["rad"]}
     joints.append({"name": "tie", **law, "parameters": {"a": a, "b": b, "c": c}})
@@ -312,7 +299,7 @@ def test_a_constraint_of_angles_counts_their_turns(coordinates):
         {
             "files": {"laws.py": TIE},
             "model": {"bodies": bodies, "joints": joints},
-            "quantities": [{"name": name, "type": "joint", "joint": name} for name in ("first", "second")],
+            "quantities": parts.observed("joint", "first", "second"),
             "integrator": {"step": 1e-3, "end_time": 2.0, "coordinates": coordinates},
         }
     )

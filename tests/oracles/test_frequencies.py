@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import lienumba
+from tests.rigs import parts
 
 G = 9.81
 SHORT = {"integrator": {"step": 1e-3, "end_time": 0.1}}
@@ -37,19 +38,10 @@ def test_a_double_pendulum_about_its_four_equilibria(ways: tuple[int, int]) -> N
     m, a, J, length = (1.3, 0.8), (0.3, 0.45), (0.02, 0.015), 0.7
     down, then = ways
     bodies = [
-        {"name": "upper", "mass": m[0], "inertia": [J[0], J[0], 0.003], "position": [0, 0, -down * a[0]]},
-        {
-            "name": "lower",
-            "mass": m[1],
-            "inertia": [J[1], J[1], 0.002],
-            "position": [0, 0, -down * length - then * a[1]],
-        },
+        parts.body("upper", m[0], [J[0], J[0], 0.003], position=[0, 0, -down * a[0]]),
+        parts.body("lower", m[1], [J[1], J[1], 0.002], position=[0, 0, -down * length - then * a[1]]),
     ]
-    joints = [
-        {"name": "hook", "type": "revolute", "bodies": ["ground", "upper"], "at": [0, 0, 0], "axis": [0, 1, 0]},
-        {"name": "elbow", "type": "revolute", "bodies": ["upper", "lower"], "at": [0, 0, -down * length],
-         "axis": [0, 1, 0]},
-    ]  # fmt: skip
+    joints = [parts.hinge("hook", "upper"), parts.hinge("elbow", "lower", [0, 0, -down * length], to="upper")]
     mixed = m[1] * length * a[1] * down * then
     M = mp.matrix([[J[0] + m[0] * a[0] ** 2 + m[1] * length**2, mixed], [mixed, J[1] + m[1] * a[1] ** 2]])
     K = mp.diag([G * (m[0] * a[0] + m[1] * length) * down, G * m[1] * a[1] * then])
@@ -90,8 +82,8 @@ def four_bar(loop: str, stiffness: float) -> tuple[dict[str, Any], float]:
 
     square = (mp.diff(height, start, 2) + stiffness) / inertia
     bodies = [
-        {"name": name, "mass": m[n], "inertia": [0.02, J[n], 0.03], "position": [float(x), 0, float(z)],
-         "rotation": {"axis": [0, 1, 0], "angle": -float(turn)}}
+        parts.body(name, m[n], [0.02, J[n], 0.03], position=[float(x), 0, float(z)],
+                   rotation={"axis": [0, 1, 0], "angle": -float(turn)})
         for n, (name, (x, z, turn)) in enumerate(zip(("crank", "coupler", "rocker"), places(start), strict=True))
     ]  # fmt: skip
     B, C = ([float(x), 0, float(z)] for x, z in ends(start))
@@ -120,8 +112,8 @@ def test_a_four_bar_on_a_coil_spring(loop: str, stiffness: float) -> None:
 def test_a_pendulum_on_a_ball_in_turning_axes() -> None:
     """In axes that turn with Omega about the vertical it swings with w + Omega and |w - Omega|, as Foucault's."""
     turning, m, a, J = 1.7, 1.2, 0.5, 0.02
-    body = {"name": "bob", "mass": m, "inertia": [J, J, 0.01], "position": [0, 0, -a], "rotation": [1, 0, 0, 0]}
-    ball = {"name": "hook", "type": "spherical", "bodies": ["ground", "bob"], "at": [0, 0, 0]}
+    body = parts.body("bob", m, [J, J, 0.01], position=[0, 0, -a], rotation=[1, 0, 0, 0])
+    ball = parts.joint("hook", "spherical", "bob", at=[0, 0, 0])
     w = np.sqrt(m * G * a / (J + m * a * a))
     expected = [1j * (w + turning), 1j * abs(w - turning)]
     close(eigenvalues({"bodies": [body], "joints": [ball]}, rotation=[0, 0, turning]), expected)

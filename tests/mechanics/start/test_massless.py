@@ -16,8 +16,9 @@ from lienumba.scenario.start import prepare
 from lienumba.scenario.start.build import build, unphysical
 from lienumba.scene.mechanism import mechanism
 from lienumba.scene.solids import NOTHING
+from tests.rigs import parts
 
-HEAVY = {"mass": 1.5, "inertia": [0.02, 0.05, 0.03]}
+HEAVY: Any = [1.5, [0.02, 0.05, 0.03]]  # mass, inertia
 AXES = {"x": [1, 0, 0], "y": [0, 1, 0], "z": [0, 0, 1], "z again": [0, 0, 1]}
 
 
@@ -25,14 +26,10 @@ def shoulder(axes: tuple[str, ...] = ("z", "y", "x"), **first: Any) -> dict[str,
     """An arm, and a forearm; hinges about these axes lead to the arm, with a massless body after each but the last."""
     names = [f"s{n}" for n in range(1, len(axes))]
     bodies: list[dict[str, Any]] = [{"name": x, "mass": 0.0, "position": [0, 0, 1]} for x in names]
-    bodies.append({"name": "arm", "position": [0.4, 0, 1], **HEAVY})
-    bodies.append({"name": "forearm", "position": [0.9, 0.1, 0.9], **HEAVY})
+    bodies += [parts.body("arm", *HEAVY, position=[0.4, 0, 1]), parts.body("forearm", *HEAVY, position=[0.9, 0.1, 0.9])]
     ends = ["ground", *names, "arm"]
-    joints: list[dict[str, Any]] = [
-        {"name": f"j{n}", "type": "revolute", "bodies": ends[n : n + 2], "at": [0, 0, 1], "axis": AXES[axis]}
-        for n, axis in enumerate(axes)
-    ]
-    elbow = {"name": "elbow", "type": "revolute", "bodies": ["arm", "forearm"], "at": [0.8, 0, 1], "axis": [0, 1, 0]}
+    joints = [parts.hinge(f"j{n}", ends[n + 1], [0, 0, 1], AXES[axis], to=ends[n]) for n, axis in enumerate(axes)]
+    elbow = parts.hinge("elbow", "forearm", [0.8, 0, 1], to="arm")
     joints[0] |= first
     return {"bodies": bodies, "joints": [*joints, elbow]}
 
@@ -91,14 +88,7 @@ def loose(kind: str) -> dict[str, Any]:
         model["bodies"].append({"name": "loose", "mass": 0.0, "position": [1, 1, 1]})
     elif kind == "the last of a chain":
         model["bodies"].append({"name": "loose", "mass": 0.0, "position": [1, 0.1, 0.9]})
-        tip = {
-            "name": "tip",
-            "type": "revolute",
-            "bodies": ["forearm", "loose"],
-            "at": [1, 0.1, 0.9],
-            "axis": [0, 1, 0],
-        }
-        model["joints"].append(tip)
+        model["joints"].append(parts.hinge("tip", "loose", [1, 0.1, 0.9], to="forearm"))
     elif kind == "two hinges about one axis":
         model = shoulder(("z", "z again", "y"))
         model["bodies"][0]["name"] = "loose"

@@ -14,6 +14,7 @@ import lienumba
 from lienumba.batch.statuses import SINGULAR
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import check_initial
+from tests.rigs import parts
 
 SLENDER = [1e-4, 1 / 12, 1 / 12]
 GRAVITY = 9.81
@@ -23,20 +24,16 @@ def n_four_bar(n: int, angle: float, rate: float, step: float = 1e-3, end: float
     """n parallelograms of unit bars, all revolutes about y; the angle of the bars counts from the aligned position."""
     c, s = float(np.cos(angle)), float(np.sin(angle))
     turned = {"axis": [0, 1, 0], "angle": -angle}
-    bar = {"mass": 1, "inertia": SLENDER}
     bodies = [
-        {"name": f"b{i}", **bar, "position": [i + 0.5 * c, 0, 0.5 * s], "rotation": turned,
-         "angular_velocity": [0, -rate, 0]} for i in range(n + 1)
+        parts.body(f"b{i}", 1, SLENDER, position=[i + 0.5 * c, 0, 0.5 * s], rotation=turned,
+                   angular_velocity=[0, -rate, 0])
+        for i in range(n + 1)
     ]  # fmt: skip
-    level = {"rotation": [1, 0, 0, 0]}
-    bodies += [{"name": f"c{i}", **bar, **level, "position": [i + c + 0.5, 0, s]} for i in range(n)]
+    bodies += [parts.body(f"c{i}", 1, SLENDER, position=[i + c + 0.5, 0, s], rotation=[1, 0, 0, 0]) for i in range(n)]
     ends = [("ground", f"b{i}", [i, 0, 0]) for i in range(n + 1)]
     ends += [(f"b{i}", f"c{i}", [i + c, 0, s]) for i in range(n)]
     ends += [(f"c{i}", f"b{i + 1}", [i + 1 + c, 0, s]) for i in range(n)]
-    joints = [
-        {"name": f"j{m}", "type": "revolute", "bodies": [a, b], "at": at, "axis": [0, 1, 0]}
-        for m, (a, b, at) in enumerate(ends)
-    ]
+    joints = [parts.hinge(f"j{m}", b, at, to=a) for m, (a, b, at) in enumerate(ends)]
     return {
         "model": {"gravity": [0, 0, -GRAVITY], "bodies": bodies, "joints": joints},
         "integrator": {"step": step, "end_time": end},
@@ -107,14 +104,14 @@ def test_every_run_of_a_sweep_passes_for_itself() -> None:
 def test_a_driver_that_a_dead_point_lets_go_of_ends_the_run() -> None:
     """The slider of a stretched crank is held by its speed alone, of which C says nothing there."""
     bodies = [
-        {"name": name, "mass": 1.0, "inertia": [0.01] * 3, "position": [x, 0, 0], "rotation": [1, 0, 0, 0]}
+        parts.body(name, 1.0, 0.01, position=[x, 0, 0], rotation=[1, 0, 0, 0])
         for name, x in (("crank", 0.05), ("rod", 0.2), ("slider", 0.3))
     ]
     joints = [
-        {"name": "main", "type": "revolute", "bodies": ["ground", "crank"], "at": [0, 0, 0], "axis": [0, 1, 0]},
-        {"name": "pin", "type": "revolute", "bodies": ["crank", "rod"], "at": [0.1, 0, 0], "axis": [0, 1, 0]},
-        {"name": "end", "type": "revolute", "bodies": ["rod", "slider"], "at": [0.3, 0, 0], "axis": [0, 1, 0]},
-        {"name": "rail", "type": "prismatic", "bodies": ["ground", "slider"], "at": [0.3, 0, 0], "axis": [1, 0, 0]},
+        parts.hinge("main", "crank"),
+        parts.hinge("pin", "rod", [0.1, 0, 0], to="crank"),
+        parts.hinge("end", "slider", [0.3, 0, 0], to="rod"),
+        parts.joint("rail", "prismatic", "slider", at=[0.3, 0, 0], axis=[1, 0, 0]),
     ]
     model = {"bodies": bodies, "joints": joints, "drivers": [{"joint": "rail", "rate": 0}]}
     dataset = lienumba.run({"model": model, "integrator": {"step": 1e-3, "end_time": 0.2}})
@@ -126,11 +123,8 @@ def test_a_driver_that_a_dead_point_lets_go_of_ends_the_run() -> None:
 def test_no_run_stops_dead_there() -> None:
     """With a tolerance steps may end so near to it that the loop could come out on a branch where it cannot move."""
     scenario = n_four_bar(2, np.pi / 2, 1.0, end=1.0)
-    scenario["integrator"] = {
-        "method": "dop853", "tolerance": 1e-11, "end_time": 1.0, "coordinates": "joint"
-    }  # fmt: skip
-    sweep = {"distribution": "uniform", "low": -10, "high": -9}
-    scenario["sweep"] = {"runs": 16, "seed": 1, "vary": {"gravity[2]": sweep}}
+    scenario["integrator"] = {"method": "dop853", "tolerance": 1e-11, "end_time": 1.0, "coordinates": "joint"}
+    scenario["sweep"] = parts.sweep(16, {"gravity[2]": (-10, -9)}, seed=1)
     dataset = lienumba.run(scenario)
     assert (dataset.status == 0).all()
     assert np.abs(dataset.energy_residual.values).max() < 1e-7  # of 50 J

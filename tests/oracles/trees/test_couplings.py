@@ -7,6 +7,7 @@ import pytest
 
 from tests.oracles.trees.dense import Array, Motion, motion, simulate
 from tests.oracles.trees.trees import TIMES, Link, Random, Tree, compare, run, same, scenario
+from tests.rigs import parts
 from tests.rigs.scenarios import start_of
 
 
@@ -79,17 +80,12 @@ def test_wheels_on_fixed_axles_turn_as_one(ratio: float) -> None:
     """Closed form: balanced wheels, a constant torque on the first, many turns of the second."""
     axes, inertias = np.array([[0.6, 0.0, 0.8], [0.0, -0.28, 0.96]]), (0.5, 0.2)
     wheels = [
-        {
-            "name": name,
-            "mass": 3.0,
-            "inertia": (J * np.outer(z, z) + 0.4 * (np.eye(3) - np.outer(z, z))).tolist(),
-            "position": [i, 0, 0],
-            "rotation": [1, 0, 0, 0],
-        }
+        parts.body(name, 3.0, (J * np.outer(z, z) + 0.4 * (np.eye(3) - np.outer(z, z))).tolist(), position=[i, 0, 0],
+                   rotation=[1, 0, 0, 0])
         for i, (name, z, J) in enumerate(zip("ab", axes, inertias, strict=True))
-    ]
+    ]  # fmt: skip
     joints = [
-        {"name": name, "type": "revolute", "bodies": ["ground", body], "at": [i, 0, 0], "axis": z.tolist()}
+        parts.hinge(name, body, [i, 0, 0], z.tolist())
         for i, (name, body, z) in enumerate(zip(("one", "two"), "ab", axes, strict=True))
     ]
     joints[0]["rate"] = 2.0
@@ -120,16 +116,8 @@ def test_a_screw_of_many_turns_falls() -> None:
     axis, pitch, g = np.array([2.0, -1.0, 2.0]) / 3.0, 0.05, 9.81
     turn = 2 * np.pi
     J = 0.03 * np.outer(axis, axis) + 0.05 * (np.eye(3) - np.outer(axis, axis))
-    nut = {"name": "nut", "mass": 1.2, "inertia": J.tolist(), "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}
-    screw = {
-        "name": "thread",
-        "type": "screw",
-        "bodies": ["nut", "ground"],
-        "at": [0, 0, 0],
-        "axis": axis.tolist(),
-        "pitch": pitch,
-        "rate": 20.0,
-    }
+    nut = parts.body("nut", 1.2, J.tolist(), position=[0, 0, 0], rotation=[1, 0, 0, 0])
+    screw = parts.joint("thread", "screw", "ground", "nut", at=[0, 0, 0], axis=axis.tolist(), pitch=pitch, rate=20.0)
     data = {
         "model": {"bodies": [nut], "joints": [screw]},
         "integrator": {"step": 1e-3, "end_time": 2.0},

@@ -9,6 +9,7 @@ import pytest
 from tests.oracles.trees.dense import Array, closed, motion, simulate
 from tests.oracles.trees.kinematics import Joint, frame, turned, vector
 from tests.oracles.trees.trees import TIMES, Link, Random, Tree, compare, reactions, run, same, scenario
+from tests.rigs import parts
 
 Closure = Callable[[Any, Any], Array]
 
@@ -164,13 +165,8 @@ def test_a_universal_joint_closes_a_loop() -> None:
         cosine = (turned(places[1][1], z) * turned(places[2][1], other)).sum(axis=-1)
         return np.concatenate([gap(places, t), cosine[..., None]], axis=-1)
 
-    cross = {
-        "name": "cross",
-        "type": "universal",
-        "bodies": ["coupler", "slider"],
-        "points": [p.tolist(), s.tolist()],
-        "axes": [z.tolist(), other.tolist()],
-    }
+    points, axes = [p.tolist(), s.tolist()], [z.tolist(), other.tolist()]
+    cross = parts.joint("cross", "universal", "slider", "coupler", points=points, axes=axes)
     tree = Tree(tree.links, joints=[cross], closing={"closure": closure})
     q, qd = closed(tree.mechanism, q, qd, [0])
     history = simulate(tree.mechanism, q, qd, TIMES)
@@ -211,14 +207,8 @@ def test_a_four_bar_of_four_hinges_in_a_tilted_plane() -> None:
         d = gap(places, t)
         return vector(d @ plane[:, 0], d @ plane[:, 1])
 
-    four = Joint("four", "revolute", ("coupler", "rocker"), (p, s), (normal, normal))
-    table = {
-        "name": "four",
-        "type": "revolute",
-        "bodies": list(four.bodies),
-        "points": [p.tolist(), s.tolist()],
-        "axes": [normal.tolist(), normal.tolist()],
-    }
+    points, axes = [p.tolist(), s.tolist()], [normal.tolist(), normal.tolist()]
+    table = parts.joint("four", "revolute", "rocker", "coupler", points=points, axes=axes)
     tree = Tree(links, joints=[table], closing={"closure": closure})
     q, qd = closed(tree.mechanism, q, np.array([2.0, 0.0, 0.0]), [0])
     history = simulate(tree.mechanism, q, qd, TIMES)

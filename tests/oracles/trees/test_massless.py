@@ -7,6 +7,7 @@ import numpy as np
 import lienumba
 from tests.oracles.trees.dense import Body, simulate
 from tests.oracles.trees.trees import TIMES, Link, Random, Tree, compare, reactions, run, scenario
+from tests.rigs import parts
 
 NOTHING = Body(0.0, np.zeros((3, 3)))
 
@@ -44,20 +45,18 @@ ROD = 0.7
 
 def linkage(massless: bool) -> dict[str, Any]:
     """A crank and a rocker in a plane; between their ends a massless coupler, or the joint "distance"."""
-    crank = {"name": "crank", "mass": 1.0, "inertia": [0.01, 0.02, 0.02], "position": [0, 0.15, 0]}
-    rocker = {"name": "rocker", "mass": 2.0, "inertia": [0.01, 0.05, 0.05], "position": [0.7, 0.25, 0]}
-    z = {"axis": [0, 0, 1]}
-    one = {"name": "one", "type": "revolute", "bodies": ["ground", "crank"], "at": [0, 0, 0], "rate": 5.0, **z}
-    two = {"name": "two", "type": "revolute", "bodies": ["ground", "rocker"], "at": [0.7, 0, 0], **z}
+    crank = parts.body("crank", 1.0, [0.01, 0.02, 0.02], position=[0, 0.15, 0])
+    rocker = parts.body("rocker", 2.0, [0.01, 0.05, 0.05], position=[0.7, 0.25, 0])
+    one = parts.hinge("one", "crank", axis=parts.Z, rate=5.0)
+    two = parts.hinge("two", "rocker", [0.7, 0, 0], parts.Z)
     ends = [[0, 0.3, 0], [0.7, 0.5, 0]]
     bodies, joints = [crank, rocker], [one, two]
     if massless:
         bodies.append({"name": "coupler", "mass": 0.0, "position": [0.35, 0.4, 0]})
-        joints.append({"name": "a", "type": "revolute", "bodies": ["crank", "coupler"], "at": ends[0], **z})
-        joints.append({"name": "b", "type": "spherical", "bodies": ["coupler", "rocker"], "at": ends[1]})
+        joints.append(parts.hinge("a", "coupler", ends[0], parts.Z, to="crank"))
+        joints.append(parts.joint("b", "spherical", "rocker", "coupler", at=ends[1]))
     else:
-        tie = {"name": "tie", "type": "distance", "bodies": ["crank", "rocker"], "points": [[0, 0.15, 0], [0, 0.25, 0]]}
-        joints.append(tie)
+        joints.append(parts.joint("tie", "distance", "rocker", "crank", points=[[0, 0.15, 0], [0, 0.25, 0]]))
     return {"gravity": [0, -9.81, 0], "bodies": bodies, "joints": joints}
 
 
@@ -72,9 +71,9 @@ def test_a_massless_coupler_of_a_loop_is_a_rod() -> None:
 
 def test_a_massless_body_at_the_end_turns_by_its_rotor_alone() -> None:
     """It is welded to a pendulum, or turns on it under a steady torque, with nothing but a/2 rate^2."""
-    bob = {"name": "bob", "mass": 1.0, "inertia": [0.02, 0.03, 0.02], "position": [0.4, 0, 0]}
+    bob = parts.body("bob", 1.0, [0.02, 0.03, 0.02], position=[0.4, 0, 0])
     tip = {"name": "tip", "mass": 0.0, "position": [0.8, 0, 0]}
-    hinge = {"name": "hinge", "type": "revolute", "bodies": ["ground", "bob"], "at": [0, 0, 0], "axis": [0, 1, 0]}
+    hinge = parts.hinge("hinge", "bob")
     end = {"name": "end", "bodies": ["bob", "tip"], "at": [0.8, 0, 0], "axis": [0, 1, 0]}
     push = {"type": "actuator", "joint": "end", "value": 0.3}
     integrator = {"method": "dop853", "step": 2e-3, "end_time": 0.4, "coordinates": "joint"}
