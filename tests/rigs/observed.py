@@ -6,30 +6,28 @@ from typing import Any
 import numpy as np
 
 import lienumba
+from tests.rigs import parts
+from tests.rigs.scenarios import LINK
 
 STEP, END = 5e-4, 0.6
 GRAVITY = np.array([0.5, -0.3, -9.81])
 TIP, HAND, PUSH = np.array([0.1, -0.05, 0.3]), np.array([0.05, 0.1, -0.1]), np.array([0.02, 0.03, 0.1])
-LINK = {"mass": 1.3, "inertia": [0.06, 0.05, 0.02, 0.004, -0.006, 0.005]}
 TILT = {"axis": [0.3, 1, 0.2], "angle": 0.7}
 RIG: dict[str, Any] = {
     "parameters": {"reach": 0.3, "spring": 300},
     "model": {
         "gravity": GRAVITY.tolist(),
         "bodies": [
-            {"name": "base", "mass": 4, "inertia": [0.2, 0.3, 0.25], "position": [0, 0, 0], "rotation": [1, 0, 0, 0]},
-            {"name": "arm", **LINK, "position": [0, 0.3, -0.2], "rotation": [1, 0, 0, 0]},
-            {"name": "slider", **LINK, "mass": 0.7, "position": [0.2, 0.5, -0.4], "rotation": TILT},
-            {"name": "ball", "mass": 0.4, "inertia": [0.01, 0.012, 0.014], "position": [0.3, 0.6, -0.6]},
+            parts.body("base", 4, [0.2, 0.3, 0.25], position=[0, 0, 0], rotation=[1, 0, 0, 0]),
+            parts.body("arm", **LINK, position=[0, 0.3, -0.2], rotation=[1, 0, 0, 0]),
+            parts.body("slider", 0.7, LINK["inertia"], position=[0.2, 0.5, -0.4], rotation=TILT),
+            parts.body("ball", 0.4, [0.01, 0.012, 0.014], position=[0.3, 0.6, -0.6]),
         ],
         "joints": [
-            {"name": "mast", "type": "cylindrical", "bodies": ["ground", "base"], "at": [0, 0, 0], "axis": [0, 0, 1],
-             "rate": 2.0},
-            {"name": "shoulder", "type": "revolute", "bodies": ["base", "arm"], "at": [0, 0.2, 0], "axis": [0, 1, 0.2],
-             "rate": 30.0},
-            {"name": "rail", "type": "prismatic", "bodies": ["arm", "slider"], "at": [0.2, 0.4, -0.3],
-             "axis": [0.2, 1, 0.4], "speed": 0.3},
-            {"name": "wrist", "type": "spherical", "bodies": ["slider", "ball"], "at": [0.25, 0.55, -0.5]},
+            parts.joint("mast", "cylindrical", "base", at=[0, 0, 0], axis=[0, 0, 1], rate=2.0),
+            parts.hinge("shoulder", "arm", [0, 0.2, 0], [0, 1, 0.2], to="base", rate=30.0),
+            parts.joint("rail", "prismatic", "slider", "arm", at=[0.2, 0.4, -0.3], axis=[0.2, 1, 0.4], speed=0.3),
+            parts.joint("wrist", "spherical", "ball", "slider", at=[0.25, 0.55, -0.5]),
         ],
         "drivers": [
             {"name": "lift", "joint": "mast", "coordinate": "displacement", "value": "0.1*sin(4*t)"},

@@ -3,21 +3,15 @@
 import copy
 from typing import Any
 
+from tests.rigs import parts
 from tests.rigs.scenarios import TOP
 
 BALL: dict[str, Any] = {  # thrown, pushed and twisted by forces of the time
     "parameters": {"spin": 7.0, "height": 2.0, "push": 4.0},
     "model": {
         "bodies": [
-            {
-                "name": "ball",
-                "mass": 0.5,
-                "inertia": [0.002, 0.002, 0.002],
-                "position": [0, 0, "height"],
-                "rotation": [1, 0, 0, 0],
-                "velocity": [3, 0, 1],
-                "angular_velocity": [0, "0.6*spin", "0.8*spin"],
-            }
+            parts.body("ball", 0.5, 0.002, position=[0, 0, "height"], rotation=[1, 0, 0, 0], velocity=[3, 0, 1],
+                       angular_velocity=[0, "0.6*spin", "0.8*spin"])
         ],
         "forces": [
             {"type": "force", "body": "ball", "value": ["0.5*push*cos(3*t)", 0, 0]},
@@ -26,7 +20,7 @@ BALL: dict[str, Any] = {  # thrown, pushed and twisted by forces of the time
     },
     "integrator": {"method": "rk4", "step": 0.01, "end_time": 0.4},
     "output": {"every": 0.1},
-}
+}  # fmt: skip
 EXACT = {
     "position": {"ball": ["3*t + push/9*(1 - cos(3*t))", 0, "height + t - 4.905*t**2"]},
     "rotation": {"ball": {"axis": [0, 0.6, 0.8], "angle": "spin*t + 20/9*(1 - cos(3*t))"}},

@@ -13,6 +13,7 @@ from lienumba.batch.statuses import INVALID, STOPPED, SUCCESS
 from lienumba.integrators import codes
 from lienumba.integrators.tracing import step_kernels
 from lienumba.scenario.reading.loading import load
+from tests.rigs import parts
 from tests.rigs.places import SCENARIOS
 from tests.rigs.scenarios import BENNETT, LOOP, scenario
 
@@ -24,17 +25,16 @@ MIXED: dict[str, Any] = {  # a body on the ground, one on it, one under a ball, 
     "model": {
         "gravity": [0.3, "0.1*t", -9.81],
         "bodies": [
-            {"name": "a", "mass": 1.3, "inertia": J, "position": [0.3, 0, 0], "rotation": [1, 0, 0, 0]},
-            {"name": "b", "mass": 0.8, "inertia": J},
-            {"name": "c", "mass": 0.5, "inertia": J, "angular_velocity": [2, -1, 3]},
-            {"name": "f", "mass": 0.7, "inertia": J, "position": [2, 0, 0], "angular_velocity": [1, 3, 2]},
+            parts.body("a", 1.3, J, position=[0.3, 0, 0], rotation=[1, 0, 0, 0]),
+            parts.body("b", 0.8, J),
+            parts.body("c", 0.5, J, angular_velocity=[2, -1, 3]),
+            parts.body("f", 0.7, J, position=[2, 0, 0], angular_velocity=[1, 3, 2]),
         ],
         "joints": [
-            {"name": "j", "type": "revolute", "bodies": ["a", "ground"], "at": [0, 0, 0], "axis": [0, 1, 0.1],
-             "rate": 4.0, "armature": 0.05},
-            {"name": "k", "type": "universal", "bodies": ["a", "b"], "points": [[0.1, 0.1, 0], [-0.2, 0, 0]],
-             "axes": [[0, 0, 1], [0.2, 1, 0]]},
-            {"name": "l", "type": "spherical", "bodies": ["c", "a"], "points": [[0.1, 0, 0.2], [0.2, 0, 0]]},
+            parts.hinge("j", "ground", axis=[0, 1, 0.1], to="a", rate=4.0, armature=0.05),
+            parts.joint("k", "universal", "b", "a", points=[[0.1, 0.1, 0], [-0.2, 0, 0]],
+                        axes=[[0, 0, 1], [0.2, 1, 0]]),
+            parts.joint("l", "spherical", "a", "c", points=[[0.1, 0, 0.2], [0.2, 0, 0]]),
         ],
         "forces": [
             {"name": "brake", "type": "friction", "joint": "j", "viscous": 0.2, "coulomb": 0.1, "velocity": 0.5},
@@ -163,13 +163,11 @@ def test_every_joint_of_a_loop_may_have_a_rotor() -> None:
 @pytest.mark.parametrize("coordinates", ["lie", "joint"])
 def test_a_rotor_does_not_ask_which_way_axes_point(coordinates: str) -> None:
     def moved(z: int) -> Any:
-        links = [{"name": n, "mass": 1, "inertia": J[:3], "position": [x, 0, 0], "rotation": [1, 0, 0, 0]}
-                 for n, x in (("a", 0.4), ("b", 0.9))]  # fmt: skip
-        hinges: list[dict[str, Any]] = [
-            {"name": "j", "type": "revolute", "bodies": ["ground", "a"], "at": [0, 0, 0], "axis": [0, 1, 0]},
-            {"name": "k", "type": "revolute", "bodies": ["a", "b"], "points": [[0.3, 0, 0], [-0.2, 0, 0]],
-             "axes": [[0, 1, 0], [0, z, 0]], "rate": 2.0, "armature": 0.5},
-        ]  # fmt: skip
+        links = [
+            parts.body(n, 1, J[:3], position=[x, 0, 0], rotation=[1, 0, 0, 0]) for n, x in (("a", 0.4), ("b", 0.9))
+        ]
+        ends: Any = {"points": [[0.3, 0, 0], [-0.2, 0, 0]], "axes": [[0, 1, 0], [0, z, 0]]}
+        hinges = [parts.hinge("j", "a"), parts.joint("k", "revolute", "b", "a", **ends, rate=2.0, armature=0.5)]
         integrator = {"step": 2e-3, "end_time": 0.2, "coordinates": coordinates}
         return run({"model": {"bodies": links, "joints": hinges}, "integrator": integrator}, {})
 
@@ -218,9 +216,8 @@ def test_runs_whose_axes_point_different_ways() -> None:
         "model": {
             "gravity": [0, -9.81, 1],
             "bodies": [
-                {"name": "a", "mass": 1, "inertia": J[:3], "position": [0.4, 0, 0], "rotation": [1, 0, 0, 0]},
-                {"name": "b", "mass": 1, "inertia": J[:3], "position": [0.9, 0, 0],
-                 "rotation": {"axis": [1, 0, 0], "angle": turned}},
+                parts.body("a", 1, J[:3], position=[0.4, 0, 0], rotation=[1, 0, 0, 0]),
+                parts.body("b", 1, J[:3], position=[0.9, 0, 0], rotation={"axis": [1, 0, 0], "angle": turned}),
             ],
             "joints": [
                 hinge | {"name": "j", "bodies": ["ground", "a"], "points": [[0, 0, 0], [-0.4, 0, 0]], "rate": 1.0},
@@ -230,7 +227,7 @@ def test_runs_whose_axes_point_different_ways() -> None:
         },
         "integrator": {"step": 2e-3, "end_time": 0.2},
         "output": {"also": ["multiplier"]},
-        "sweep": {"runs": 6, "vary": {"parameters.way": {"distribution": "uniform", "low": 0.0, "high": 1.0}}},
+        "sweep": parts.sweep(6, {"parameters.way": (0.0, 1.0)}),
     }  # fmt: skip
     found = run(data, JOINT)
     ways = found["parameters.way"].values > 0.5

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import lienumba
+from tests.rigs import parts
 
 
 @pytest.mark.parametrize("free", [0, 4])
@@ -13,16 +14,12 @@ import lienumba
 @pytest.mark.parametrize("axis", [[0, 1, 0], [0, 0.6, 0.8], [0.6, 0.8, 0], [0.2, 0.3, 0.93]])
 def test_a_slide_is_turned_as_its_base(axis: list[float], kind: str, free: int) -> None:
     """It was turned back about the slide by up to 0.5 rad, as far as that came nearer to where it was drawn."""
-    bodies: list[dict[str, Any]] = [
-        {"name": "b", "mass": 1.0, "inertia": [0.02, 0.01, 0.03]},
-        {"name": "c", "mass": 0.5, "inertia": [0.004, 0.006, 0.005]},
-    ]
-    for n in range(free):
-        bodies.append({"name": f"x{n}", "mass": 1, "inertia": [1] * 3, "position": [n, 0, 9], "rotation": [1, 0, 0, 0]})
+    bodies = [parts.body("b", 1.0, [0.02, 0.01, 0.03]), parts.body("c", 0.5, [0.004, 0.006, 0.005])]
+    bodies += [parts.body(f"x{n}", 1, 1, position=[n, 0, 9], rotation=[1, 0, 0, 0]) for n in range(free)]
     across = np.cross(axis, [1.0, 0.3, -0.2]).tolist()
-    hinge = {"name": "h", "type": "revolute", "bodies": ["ground", "b"], "points": [[0, 0, 0], [0.2, 0, 0.05]]}
-    hinge |= {"axes": [axis, axis], "references": [across, across], "angle": 0.9, "rate": 0.0}
-    on = {"name": "s", "type": kind, "bodies": ["b", "c"], "points": [[-0.2, 0, 0], [0, 0, 0]]}
+    place: Any = {"axis": axis, "references": [across, across], "angle": 0.9, "rate": 0.0}
+    hinge = parts.pivot("h", "b", second=[0.2, 0, 0.05], **place)
+    on = parts.joint("s", kind, "c", "b", points=[[-0.2, 0, 0], [0, 0, 0]])
     on |= {"axes": [[1, 0, 0]] * 2, "displacement": 0.05, "speed": 0.0} if kind == "prismatic" else {}
     joints = [hinge, on | ({"references": [[0, 1, 0]] * 2} if kind == "fixed" else {})]
     ds = lienumba.run({

@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import lienumba
+from tests.rigs import parts
 
 G, K, DROP = 9.81, 1e4, 0.1
 METHODS = {
@@ -24,10 +25,8 @@ def slide(force: str, **more: Any) -> dict[str, Any]:
     return {
         "model": {
             "gravity": [0, 0, -G],
-            "bodies": [{"name": "ball", "mass": 1.0, "inertia": [0.1] * 3, "position": [0, 0, 0]}],
-            "joints": [
-                {"name": "s", "type": "prismatic", "bodies": ["ground", "ball"], "at": [0, 0, 0], "axis": [0, 0, 1]}
-            ],
+            "bodies": [parts.body("ball", 1.0, position=[0, 0, 0])],
+            "joints": [parts.joint("s", "prismatic", "ball", at=[0, 0, 0], axis=[0, 0, 1])],
             "quantities": [{"name": "q", "type": "joint", "joint": "s"}],
             "forces": [{"type": "actuator", "joint": "s", "value": force}],
         },
@@ -150,22 +149,18 @@ def test_a_spring_without_free_length_between_points_that_coincide(method: str) 
 def test_series_pass_where_powers_have_none(damper: str) -> None:
     """A mass on a spring with a damper of |v|^p, whose speed passes 0 several times, with every tolerance."""
     law = f"-4*s.displacement - {damper}"
+    along: Any = {"points": [[0, 0, 0]] * 2, "axes": [[1, 0, 0]] * 2, "speed": 0.2}
 
     def run(method: str, tolerance: float) -> Any:
         return lienumba.run(
             {
                 "model": {
                     "gravity": [0, 0, 0],
-                    "bodies": [{"name": "mass", "mass": 1.0, "inertia": [0.1] * 3, "position": [0.5, 0, 0]}],
-                    "joints": [
-                        {
-                            "name": "s", "type": "prismatic", "bodies": ["ground", "mass"],
-                            "points": [[0, 0, 0], [0, 0, 0]], "axes": [[1, 0, 0]] * 2, "speed": 0.2,
-                        }
-                    ],
+                    "bodies": [parts.body("mass", 1.0, position=[0.5, 0, 0])],
+                    "joints": [parts.joint("s", "prismatic", "mass", **along)],
                     "forces": [{"type": "actuator", "joint": "s", "value": law}],
                 },
-                "quantities": [{"name": "s", "type": "joint", "joint": "s"}],
+                "quantities": parts.observed("joint", "s"),
                 "integrator": {"method": method, "tolerance": tolerance, "end_time": 5.0, "coordinates": "joint"},
                 "output": {"every": 1.0},
             },
