@@ -198,9 +198,10 @@ def scene(seed: int) -> dict[str, Any]:
         walls = np.array([[0.64, 0, 0.77], [-0.64, 0.1, 0.77], [0, 1.0, 0.4], [0, -1.0, 0.4]])
         walls /= np.linalg.norm(walls, axis=1)[:, None]
         model["bodies"] = [
-            parts.body(f"b{n}", 1.0 + n, 0.004 * (1 + n), position=turn.apply([0.02 * n, 0.15 * n - 0.1, z]).tolist())
-            for n, z in enumerate((0.6, 0.6 + 0.3))
-        ]
+            parts.body(f"b{n}", 1.0 + n, 0.004 * (1 + n),
+                       position=turn.apply([0.02 * n, 0.15 * n - 0.1, 0.6 + 0.3 * n]).tolist())
+            for n in range(2)
+        ]  # fmt: skip
         model["contacts"] = [
             parts.sphere(f"w{n}{m}", f"b{n}", 0.1, on=turn.apply(-0.3 * (m > 1) * wall).tolist(),
                          normal=turn.apply(wall).tolist(), friction=friction)

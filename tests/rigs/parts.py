@@ -1,4 +1,4 @@
-"""Parts of mechanisms as scenarios have them: bodies, contacts, joints, what is observed, and sweeps.
+"""Parts of mechanisms as dictionaries of a scenario: bodies, contacts, joints, friction, quantities, and sweeps.
 
 Lengths are in m, masses in kg, inertias in kg m^2, times in s. `keys` are further keys of the part; they replace what
 the function sets.
@@ -26,7 +26,7 @@ def quaternion(R: Any) -> list[float]:
 
 
 def body(name: str = "b", mass: Any = 1, inertia: Any = 0.1, **keys: Any) -> Part:
-    """A rigid body; inertia: of each axis if it is one number, else as a scenario has it."""
+    """A rigid body; inertia: one number for all three axes, or what a scenario may give."""
     inertias = [inertia] * 3 if isinstance(inertia, int | float) else inertia
     return {"name": name, "mass": mass, "inertia": inertias} | keys
 
@@ -42,7 +42,7 @@ def foot(name: str, body: str, point: Vector = ORIGIN, on: Vector = ORIGIN, to: 
 
 
 def feet(body: str, places: Iterable[Vector], name: str = "foot_", **keys: Any) -> list[Part]:
-    """Points of a body that may touch a plane of the ground; each has the name with its number."""
+    """Points of a body that may touch a plane of the ground, named by their numbers."""
     return [foot(f"{name}{n}", body, place, **keys) for n, place in enumerate(places)]
 
 
@@ -54,7 +54,7 @@ def sphere(
 
 
 def joint(name: str, kind: str, body: str, to: str = "ground", **keys: Any) -> Part:
-    """A joint of this type that ties a body to another one, the ground unless told."""
+    """A joint of this type between a body and the ground, or another body."""
     return {"name": name, "type": kind, "bodies": [to, body]} | keys
 
 
@@ -76,7 +76,7 @@ def pivot(
     name: str, body: str, first: Vector = ORIGIN, second: Vector = ORIGIN, axis: list[Any] = Y, to: str = "ground",
     **keys: Any,
 ) -> Part:  # fmt: skip
-    """A revolute joint; its places and its axis are given in both bodies, first in the one that it is tied to."""
+    """A revolute joint whose place and axis are given in both bodies, first in `to`, then in `body`."""
     return joint(name, "revolute", body, to) | frames(axis, first, second) | keys
 
 
@@ -91,7 +91,7 @@ def dry(joint: str, coulomb: Any, static: Any, name: str = "dry", **keys: Any) -
 
 
 def observed(kind: str, *names: str) -> list[Part]:
-    """Quantities of this type of joints, contacts, limits ..., with the names of these."""
+    """One quantity of this type for each joint (contact, limit), under the name of that."""
     return [{"name": name, "type": kind, kind: name} for name in names]
 
 
