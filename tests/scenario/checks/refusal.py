@@ -95,6 +95,16 @@ def refused_by_both(folder: Path, text: str) -> list[str]:
     return lines
 
 
+def check_refused(folder: Path, text: str, *wanted: str) -> None:
+    """A whole sentence, which has a remedy behind "; ", is that of both commands; of others a place and words are."""
+    whole = all("; " in x for x in wanted)
+    lines = refused_by_both(folder, text) if whole else refused(folder, text, command="validate")
+    assert len(lines) == len(wanted), lines
+    for line, sentence in zip(lines, wanted, strict=True):
+        place, _, words = sentence.partition(": ")
+        assert line == sentence if whole else line.startswith((f"{place}:", f"{place} ")) and words in line, line
+
+
 def accepted(folder: Path, text: str) -> list[str]:
     """The warnings of a scenario that is valid."""
     scenario = folder / "case.toml"
