@@ -71,10 +71,9 @@ FORMULAS = {
     ),
     "an index": (
         value("t[0]"),
-        'model.drivers.drive.value = "t[0]": contains "t[0]", which is not allowed; use numbers, + - * / '
-        "**, comparisons, t, pi, deg, rpm and the functions sin, cos, tan, asin, acos, atan, atan2, exp, "
-        "log, sqrt, tanh, abs, sign, min, max, clip, floor, ceil, mod, "
-        "sinc, sinh, cosh, hypot, where",
+        'model.drivers.drive.value = "t[0]": contains "t[0]", which is not allowed; use numbers, + - * / **, '
+        "comparisons, t, pi, deg, rpm and the functions sin, cos, tan, asin, acos, atan, atan2, exp, log, sqrt, tanh, "
+        "abs, sign, min, max, clip, floor, ceil, mod, sinc, sinh, cosh, hypot, where",
     ),
     "a condition": (
         value("t > 1"),
@@ -129,9 +128,8 @@ FORMULAS = {
     ),
     "too long": (
         value("t" + 1000 * "+t"),
-        "model.drivers.drive.value = "
-        '"t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t ...: is 2001 '
-        "characters long, at most 2000 are allowed; shorten it",
+        'model.drivers.drive.value = "t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t+t '
+        "...: is 2001 characters long, at most 2000 are allowed; shorten it",
     ),
 }
 

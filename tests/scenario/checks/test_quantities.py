@@ -29,8 +29,7 @@ QUANTITIES = {
     "a joint without a coordinate": (
         rig(FREE, joint('type = "fixed"', "at = [0, 0, -0.3]", name="weld", ends='bodies = ["arm", "free"]'),
             seen("bend", "joint", 'joint = "weld"')),
-        'quantities.bend.joint = "weld": a fixed joint has no coordinate; joints that have '
-        "one are pivot and rail",
+        'quantities.bend.joint = "weld": a fixed joint has no coordinate; joints that have one are pivot and rail',
     ),
     **{
         f"the name {name}": (

@@ -110,23 +110,19 @@ CASES = {
     ),
     "inertia not positive definite": (
         replaced(INERTIA, "inertia = [1, 1, 1, 2, 0, 0]"),
-        "model.bodies.top.inertia = [1.0, 1.0, 1.0, 2.0, 0.0, 0.0]: is not positive definite, its principal "
-        "moments are -1, 1, 3 and must all be above 0; check the signs, and the order xx yy zz xy xz yz of 6 "
-        "elements",
+        "model.bodies.top.inertia = [1.0, 1.0, 1.0, 2.0, 0.0, 0.0]: is not positive definite, its principal moments "
+        "are -1, 1, 3 and must all be above 0; check the signs, and the order xx yy zz xy xz yz of 6 elements",
     ),
     "inertia with two numbers": (
         replaced(INERTIA, "inertia = [1, 1]"),
-        "model.bodies.top.inertia = [1, 1]: has 2 entries and must have 3; give the inertia in kg m^2 "
-        "about the "
-        "mass centre in the body frame: 3 principal moments, the 6 elements xx yy zz xy xz yz of the "
-        "tensor, or "
-        "its 3x3 matrix",
+        "model.bodies.top.inertia = [1, 1]: has 2 entries and must have 3; give the inertia in kg m^2 about the mass "
+        "centre in the body frame: 3 principal moments, the 6 elements xx yy zz xy xz yz of the tensor, or its 3x3 "
+        "matrix",
     ),
     "reflection": (
         replaced(ROTATION, "rotation = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]"),
         "model.bodies.top.rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]]: is a reflection "
-        "(determinant -1), not a rotation; make its determinant +1, for instance by changing the sign of "
-        "one axis",
+        "(determinant -1), not a rotation; make its determinant +1, for instance by changing the sign of one axis",
     ),
     "rotation not orthogonal": (
         replaced(ROTATION, "rotation = [[1, 0, 0], [0, 1, 0.1], [0, 0, 1]]"),
@@ -309,9 +305,8 @@ def test_toml_syntax(tmp_path: Path, old: str, new: str, line: int, column: int,
         ),
         (
             ["--set", "sweep.vary.bodies.top.mass.mean=15", "--set", "model.bodies.top.mass=3"],
-            "--set model.bodies.top.mass=3: the path model.bodies.top.mass is varied by "
-            'sweep.vary."bodies.top.mass", whose samples do not follow it; set '
-            "sweep.vary.bodies.top.mass.mean, or take it out of sweep.vary",
+            '--set model.bodies.top.mass=3: the path model.bodies.top.mass is varied by sweep.vary."bodies.top.mass", '
+            "whose samples do not follow it; set sweep.vary.bodies.top.mass.mean, or take it out of sweep.vary",
         ),
         (
             ["--set", "bodies.tpo.position=[0, 1, 0]"],
@@ -324,9 +319,8 @@ def test_toml_syntax(tmp_path: Path, old: str, new: str, line: int, column: int,
         ),
         (
             ["--set", "integrator.step=1 ms"],
-            "--set integrator.step=1 ms: the value 1 ms is not TOML; give a number, a list in [] or a text "
-            "in "
-            "quotes (bare words need none)",
+            "--set integrator.step=1 ms: the value 1 ms is not TOML; give a number, a list in [] or a text in quotes "
+            "(bare words need none)",
         ),
         (
             ["--set", "integrator.step"],
@@ -338,9 +332,8 @@ def test_toml_syntax(tmp_path: Path, old: str, new: str, line: int, column: int,
         ),
         (
             ["--runs", "3"],
-            "run 3 does not exist: the sweep has sweep.runs = 3; give labels from 0 to 2 (-1: the nominal "
-            "run), "
-            "or raise sweep.runs",
+            "run 3 does not exist: the sweep has sweep.runs = 3; give labels from 0 to 2 (-1: the nominal run), or "
+            "raise sweep.runs",
         ),
         (
             ["--runs", "first"],
