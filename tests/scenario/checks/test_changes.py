@@ -211,8 +211,12 @@ MORE = {
     "events.act.joint: model.drivers.drive prescribes how it moves": rig(
         SHAKEN, event('action = "release"', 'joint = "rail"')
     ),
-    "model.limits.pivot.low: the angle of pivot begins at": rig(limit('joint = "pivot"', 'low = "10*deg"')),
-    "model.limits.rail.high: the displacement of rail begins at": rig(limit('joint = "rail"', "high = 0.5")),
+    "model.limits.pivot.low: the angle of pivot begins at 0 rad, 0.175 rad beyond": rig(
+        limit('joint = "pivot"', 'low = "10*deg"')
+    ),
+    "model.limits.rail.high: the displacement of rail begins at 1 m, 0.5 m beyond": rig(
+        limit('joint = "rail"', "high = 0.5")
+    ),
     "model.contacts.foot.type: is not known": rig(contact(*FOOT, kind="sphere_plan")),
     "model.contacts.foot.bodies: to itself": rig(contact(*FOOT, ends='bodies = ["arm", "arm"]')),
     "model.contacts.foot.normal: has no direction": rig(contact(*FOOT, "normal = [0, 0, 0]")),
@@ -222,7 +226,7 @@ MORE = {
     "model.contacts.foot.restitution: is of a rigid contact, and this one has a": rig(
         contact(*FOOT, "stiffness = 1e4", "restitution = 0.3")
     ),
-    "model.contacts.foot: arm and ground overlap by": rig(
+    "model.contacts.foot: arm and ground overlap by 0.15 m at the start": rig(
         contact("points = [[0, 0, 0], [0, 0, -0.25]]", "radius = 0.1")
     ),
     "model.forces.push.static: must be at least coulomb": rig(

@@ -149,7 +149,7 @@ MORE = {
         driver('body = "free"', 'motion = "orientation"', "value = [0, 0, 0]", name=""),
         driver('body = "free"', 'motion = "angular_velocity"', "value = [0, 0, 0]", name=""),
     ),
-    "model.drivers.driver_2: drives the point": rig(
+    "model.drivers.driver_2: drives the point [0.0, 0.0, 0.0] of free": rig(
         FREE, *2 * [driver('body = "free"', 'motion = "point"', "value = [0, 0, 0]", name="")]
     ),
     "model.drivers.drive.value: has the unknown name": value("0.1*sin(om*t)"),

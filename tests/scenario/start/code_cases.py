@@ -99,36 +99,15 @@ ARGUMENTS = {
         'model.forces.push.parameters.kpp: the function has no argument of this name; the nearest known name is "kp"',
     ),
     "states that it has not": (law("def f(j, *, states): pass\n"), f"{AT}has the argument states, which is neither t"),
-    "unknown body": (
-        law("def f(b): pass\n", sees='bodies = ["amr"]'),
-        'model.forces.push.bodies[0] = "amr": is not a body of the model; the nearest known name is "arm"',
-    ),
-    "unknown joint": (
-        law("def f(b): pass\n", sees='joints = ["pivto"]'),
-        'model.forces.push.joints[0] = "pivto": is not a joint of the model; the nearest known name is "pivot"',
-    ),
     "sees nothing": (law("def f(): pass\n", sees=""), f"{RULES}sees nothing; give bodies or joints"),
-    "joint: unknown body": (
-        own_joint("def f(b): pass\n", ends='bodies = ["amr"]'),
-        'model.joints.extra.bodies[0] = "amr": is not a body of the model; the nearest known name is "arm"',
-    ),
     "joint: unknown parameter": (
         own_joint("def f(b): pass\n", "parameters = { x = 1 }"),
         "model.joints.extra.parameters.x: the function has no argument of this name; ",
     ),
-    "every 0": (law("def f(j): pass\n", "every = 0"), "model.forces.push.every = 0: must be above 0; "),
-    "every below 0": (law("def f(j): pass\n", "every = -0.1"), "model.forces.push.every = -0.1: must be above 0; "),
-    "every is a text": (law("def f(j): pass\n", 'every = "0.1"'), 'model.forces.push.every = "0.1": must be a number'),
     "a state is a text": (
         law("def f(j): pass\n", 'states = { x = "a" }'),
         'model.forces.push.states.x = "a": has the unknown name "a"; ',
     ),
-    "a state is NaN": (law("def f(j): pass\n", "states = { x = nan }"), "model.forces.push.states.x = nan: must be a "),
-    "a level that there is not": (
-        own_joint("def f(b): pass\n", 'level = "acceleration"'),
-        'model.joints.extra.level = "acceleration": must be "position" or "velocity"; give one of them',
-    ),
-    "a row that there is not": (own_joint("def f(b): pass\n", 'rows = ["mm"]'), 'model.joints.extra.rows[0] = "mm": '),
 }
 
 CALLS = {

@@ -35,7 +35,7 @@ STILL = "velocity = [0, 0, 0]\nangular_velocity = [0, 0, 0]\n"
 CASES = {
     "pins at half a right angle": (
         rig(joint('type = "perpendicular_axes"', "axis = [[1, 0, 0], [1, 1, 0]]")),
-        "model.joints.extra: its axes are not perpendicular at t",
+        "model.joints.extra: its axes are not perpendicular at t = 0: they differ by 0.785 rad",
     ),
     "a loop that is open between given bodies": (
         rig(
@@ -48,8 +48,8 @@ CASES = {
                 ends='bodies = ["rod", "block"]',
             ),
         ),
-        "model.joints.first: its points do not meet at t",
-        "model.joints.second: its points do not meet at t",
+        "model.joints.first: its points do not meet at t = 0: they miss by 0.483 m",
+        "model.joints.second: its points do not meet at t = 0: they miss by 0.483 m",
     ),
     "a loop that cannot be closed": (
         rig(
@@ -63,9 +63,9 @@ CASES = {
             ),
             arm="",
         ),
-        "model.joints.pivot: its points do not meet at t",
-        "model.joints.first: its points do not meet at t",
-        "model.joints.second: its points do not meet at t",
+        "model.joints.pivot: its points do not meet at t = 0: they miss by 0.3 m",
+        "model.joints.first: its points do not meet at t = 0: they miss by 0.6 m",
+        "model.joints.second: its points do not meet at t = 0: they miss by 0.3 m",
     ),
     "numbers far too large": (
         rig(block=BLOCK.replace("[1, 0, 0]\nr", "[1, 1e101, 0]\nr")),
@@ -74,84 +74,96 @@ CASES = {
     ),
     "driver of what begins locked": (
         rig(driver(PIVOTED, "rate = 2"), pivot=f"{PIVOT}\nlocked = true"),
-        "model.drivers.drive: prescribes the rate",
+        "model.drivers.drive: prescribes the rate 2 at t = 0, but model.joints.pivot.locked = true",
     ),
     "orientation away from a given rotation": (
         rig(FREE + "rotation = [1, 0, 0, 0]\n", driver('body = "free"', 'motion = "orientation"', "value = [0, 2, 0]")),
-        "model.drivers.drive: prescribes another position at t",
+        "model.drivers.drive: prescribes another position at t = 0 than the start has: they differ by 2 rad",
     ),
     "orientation half a turn away": (
         rig(
             FREE + "rotation = [1, 0, 0, 0]\n",
             driver('body = "free"', 'motion = "orientation"', 'value = ["pi", 0, 0]'),
         ),
-        "model.drivers.drive: prescribes another position at t",
+        "model.drivers.drive: prescribes another position at t = 0 than the start has: they differ by 3.14 rad",
     ),
     "orientation half a turn from the guess": (
         rig(
             FREE + "guess = { rotation = [1, 0, 0, 0] }\n",
             driver('body = "free"', 'motion = "orientation"', 'value = ["pi", 0, 0]'),
         ),
-        "model.drivers.drive: prescribes another position at t",
+        "model.drivers.drive: prescribes another position at t = 0 than the start has: they differ by 3.14 rad",
     ),
 }
 
 # More of these rules: the place, and words of the rule.
 MORE = {
-    "model.joints.extra: its points do not meet at t": rig(joint('type = "spherical"', TIP)),
-    "model.joints.extra: its axes do not fit together at t": rig(
+    "model.joints.extra: its points do not meet at t = 0: they miss by 1.17 m": rig(joint('type = "spherical"', TIP)),
+    "model.joints.extra: its axes do not fit together at t = 0: they differ by 0.785 rad": rig(
         joint('type = "parallel_axes"', "axes = [[0, 0, 1], [0, 1, 1]]")
     ),
-    "model.joints.extra: its axes are not perpendicular at t": rig(
+    "model.joints.extra: its axes are not perpendicular at t = 0: they differ by 1.57 rad": rig(
         joint('type = "universal"', "at = [0, 0, 0]", "axes = [[1, 0, 0], [2, 0, 0]]")
     ),
-    "model.joints.extra: its points are not at its length at t": rig(joint('type = "distance"', TIP, "length = 2")),
-    "model.joints.extra: its two points coincide at the start, so its": rig(
+    "model.joints.extra: its points are not at its length at t = 0: they miss by 0.834 m": rig(
+        joint('type = "distance"', TIP, "length = 2")
+    ),
+    "model.joints.extra: its two points coincide at the start, so its length is 0 and it must be above 0": rig(
         joint('type = "distance"', "points = [[1, 0, 0.3], [0, 0, 0]]")
     ),
-    "model.joints.extra.at: is in the global frame, but where block is at": rig(
+    "model.joints.extra.at: is in the global frame, but where block is at the start is not given": rig(
         joint('type = "spherical"', "at = [0, 0, 0]"), block=""
     ),
-    "model.joints.extra.axis: is in the global frame, but where block is at": rig(
+    "model.joints.extra.axis: is in the global frame, but where block is at the start is not given": rig(
         joint('type = "parallel_axes"', "axis = [0, 0, 1]"), FREE, block='relative_to = "free"\n'
     ),
-    "model.joints.extra.references[0]: is parallel to the axis of the joint at the": rig(
+    "model.joints.extra.references[0]: is parallel to the axis of the joint at the start": rig(
         joint('type = "fixed"', "at = [0, 0, 0]", "references = [[0, 0, 1], [1, 0, 0]]")
     ),
-    "model.joints.extra: its axes and references are half a turn apart": rig(
+    "model.joints.extra: its axes and references are half a turn apart at t = 0": rig(
         joint('type = "fixed"', "at = [0, 0, 0]", "axis = [0, 0, 1]", "references = [[1, 0, 0], [-1, 0, 0]]")
     ),
-    "model.joints.extra: its coordinates do not have its ratio and": rig(GEAR + "offset = 3\n"),
-    "model.joints.pivot.angle: contradicts what else is given for the start, by": rig(
+    "model.joints.extra: its coordinates do not have its ratio and offset at t = 0: they miss by 2 m": rig(
+        GEAR + "offset = 3\n"
+    ),
+    "model.joints.pivot.angle: contradicts what else is given for the start, by 0.5 rad": rig(
         pivot=f"{PIVOT}\n{REFERENCES}\nangle = 0.5"
     ),
-    "model.joints.rail.displacement: contradicts what else is given for the start, by": rig(
+    "model.joints.rail.displacement: contradicts what else is given for the start, by 0.5 m": rig(
         rail=f"{RAIL}\ndisplacement = 0.5"
     ),
-    "model.joints.pivot.rate: contradicts what else is given for the start, by": rig(
+    "model.joints.pivot.rate: contradicts what else is given for the start, by 0.5 rad/s": rig(
         arm=ARM + STILL, pivot=f"{PIVOT}\nrate = 0.5"
     ),
-    "model.joints.rail.speed: contradicts what else is given for the start, by": rig(
+    "model.joints.rail.speed: contradicts what else is given for the start, by 0.5 m/s": rig(
         block=BLOCK + STILL, rail=f"{RAIL}\nspeed = 0.5"
     ),
-    "model.joints.extra: its angle is prescribed at the start, but": rig(
+    "model.joints.extra: its angle is prescribed at the start, but nothing says from where it counts": rig(
         NUT,
         joint('type = "revolute"', TIP, "axes = [[0, 1, 0], [1, 0, 0]]", "angle = 0.3", ends='bodies = ["arm", "nut"]'),
     ),
-    "model.joints.pivot: the initial velocities contradict it: its": rig(arm=ARM + "velocity = [0, 0, 1]\n"),
-    "model.joints.rail: the initial velocities contradict it: its": rig(block=BLOCK + "angular_velocity = [0, 0, 1]\n"),
-    "model.joints.rail: its points are not where it allows them at t": rig(
+    "model.joints.pivot: the initial velocities contradict it: its points separate at 1 m/s": rig(
+        arm=ARM + "velocity = [0, 0, 1]\n"
+    ),
+    "model.joints.rail: the initial velocities contradict it: its bodies turn apart at 1 rad/s": rig(
+        block=BLOCK + "angular_velocity = [0, 0, 1]\n"
+    ),
+    "model.joints.rail: its points are not where it allows them at t = 0: they miss by 1e+90 m": rig(
         block=BLOCK.replace("[1, 0, 0]\nr", "[1, 1e90, 0]\nr")
     ),
-    "model.drivers.drive: prescribes another position at t": rig(driver('joint = "rail"', 'value = "0.5 + t"')),
-    "model.drivers.drive: prescribes the angle": rig(
+    "model.drivers.drive: prescribes another position at t = 0 than the start has: they differ by 0.5 m": rig(
+        driver('joint = "rail"', 'value = "0.5 + t"')
+    ),
+    "model.drivers.drive: prescribes the angle 0.5 at t = 0, but model.joints.pivot.angle = 0.2": rig(
         driver(PIVOTED, "value = 0.5"), arm="", pivot=f"{PIVOT}\n{REFERENCES}\nangle = 0.2"
     ),
-    "model.drivers.drive: prescribes another velocity at t": rig(
+    "model.drivers.drive: prescribes another velocity at t = 0 than the start has: they differ by 1 m/s": rig(
         driver('joint = "rail"', 'value = "1 + t"'), block=BLOCK + STILL
     ),
-    "model.drivers.drive: prescribes the rate": rig(driver(PIVOTED, "rate = 2"), pivot=f"{PIVOT}\nrate = 1"),
-    "model.drivers.drive: prescribes the speed": rig(
+    "model.drivers.drive: prescribes the rate 2 at t = 0, but model.joints.pivot.rate = 1.0": rig(
+        driver(PIVOTED, "rate = 2"), pivot=f"{PIVOT}\nrate = 1"
+    ),
+    "model.drivers.drive: prescribes the speed 3 at t = 0, but model.joints.rail.speed = 1.0": rig(
         driver('joint = "rail"', 'value = "1 + 3*t"'), rail=f"{RAIL}\nspeed = 1"
     ),
     "model: pivot and drive contradict each other: there are": rig(
