@@ -1,6 +1,7 @@
 """Runs that would never be done end with a status; runs with as many steps that get on do not."""
 
 import numpy as np
+import pytest
 
 import lienumba
 from lienumba.batch.statuses import STATUSES, STEP_TOO_SHORT

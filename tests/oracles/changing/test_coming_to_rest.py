@@ -97,6 +97,7 @@ def test_feet_come_to_rest_together(n: int, friction: Any, spin: float, method: 
     np.testing.assert_allclose(found.last_position.values, exact.last_position.values, rtol=0, atol=60 * step**2)
 
 
+@pytest.mark.usefixtures("vectors")
 @pytest.mark.parametrize(("method", "step"), [("rk4", 1e-3), ("heun", 1e-3), ("dop853", 1e-2)])
 def test_feet_of_many_pucks_do_not_push(method: str, step: float) -> None:
     """One foot comes to rest before the others, and these turn back: of a hundred runs three to eleven pushed."""
