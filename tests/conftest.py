@@ -21,7 +21,7 @@ hypothesis.settings.register_profile("patient", deadline=None)
 hypothesis.settings.load_profile("patient")
 
 # Tests of machine code, or of many steps. All others are about what is computed, whatever the code looks like: theirs
-# is made in a fraction of the time.
+# is made in a fifth of the time.
 CODE = ("tests/compiler/", "tests/process/test_", "tests/documents/test_accuracy.py", "tests/oracles/paper/")
 
 
