@@ -15,7 +15,7 @@ from lienumba.errors import ScenarioError
 from lienumba.store import deflate
 from lienumba.store.finished import Finished, RecordColumns
 from lienumba.store.outputs import Output, write
-from lienumba.store.stream import SourceSlice, Stream
+from lienumba.store.stream import SourceSlice, Stream, slices
 from tests.store.store_example import INPUTS, example
 
 SHAPE: dict[str, Any] = {"bodies": ("top", "Kreisel µ"), "joints": ("pivot",), "efforts": ("motor",)}
@@ -42,6 +42,24 @@ class Columns:
 
     def column(self, name: str) -> np.ndarray:
         return self.columns[name]
+
+
+class Labels:
+    """A source of which only the labels are asked for."""
+
+    def __init__(self, *labels: int) -> None:
+        self.labels = np.array(labels)
+
+
+def test_runs_come_from_the_first_source_that_has_them() -> None:
+    """Sources that overlap, one whose runs are not in order, and one that is of no use."""
+    sources: list[Any] = [Labels(4, 3), Labels(), Labels(-1, 3, 5, 6), Labels(0, 1, 2, 3, 4)]
+    found = slices(np.array([-1, 0, 1, 3, 4, 6]), sources)
+    assert [(sources.index(x.source), x.part.start, x.part.stop) for x in found] == [
+        (2, 0, 1), (3, 0, 2), (0, 1, 2), (0, 0, 1), (2, 3, 4)
+    ]  # fmt: skip
+    with pytest.raises(ValueError, match="no source has run 7"):
+        slices(np.array([6, 7]), sources)
 
 
 def streamed(ds: Any, path: Path, bounds: list[int]) -> Path:
