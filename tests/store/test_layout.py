@@ -8,6 +8,8 @@ import pytest
 import xarray as xr
 
 from lienumba.batch.statuses import STATUSES
+from lienumba.integrators import codes
+from lienumba.store import layout
 from lienumba.store.layout import VARIABLES, narrowed
 from lienumba.store.outputs import write
 from tests.store.store_example import INPUTS, TIMES, example
@@ -86,6 +88,21 @@ def test_coordinates_have_no_fill_value(written):
     with netCDF4.Dataset(path) as raw:
         for name in opened.coords:
             assert "_FillValue" not in raw[name].ncattrs(), name
+
+
+@pytest.mark.parametrize(
+    ("name", "meanings"),
+    [
+        ("change_kind", {-1: "none", codes.LOCKED: "locked", codes.IMPACT: "impact", codes.SLID: "slid"}),
+        ("mode", {0: "off", 1: "closed", 2: "sliding"}),
+        ("start_equilibrium", {codes.FOUND: "found", codes.NOT_ISOLATED: "not_isolated"}),
+    ],
+)
+def test_flags_mean_what_the_numbers_are(name, meanings):
+    spec = VARIABLES[name]
+    attributes = layout.variable(name, spec, np.zeros([1] * len(spec.dims)), 1).attrs
+    said = dict(zip(attributes["flag_values"].tolist(), attributes["flag_meanings"].split(), strict=True))
+    assert said | meanings == said
 
 
 def test_status_flags_follow_cf(written):
