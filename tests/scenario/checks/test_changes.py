@@ -187,6 +187,8 @@ CASES = {
 
 # More of these rules: the place, and words of the rule.
 MORE = {
+    "model.limits.pivot.low: exchange the two": rig(limit('joint = "pivot"', "low = 1", "high = -1")),
+    "model.limits.pivot.low: move them apart, or use a lock": rig(limit('joint = "pivot"', "low = 1", "high = 1")),
     "events.act.joint: is not a joint of the model": rig(event('action = "lock"', 'joint = "pivto"')),
     "events.act.joint: has no meaning for action": rig(event('joint = "pivot"')),
     "events.act.parameters: is missing": rig(event(SET)),

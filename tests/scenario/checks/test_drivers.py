@@ -135,6 +135,7 @@ FORMULAS = {
 
 # More of these rules: the place, and words of the rule.
 MORE = {
+    "model.drivers.drive: has both value and rate": rig(driver('joint = "pivot"', "value = 0", "rate = 0")),
     "model.drivers.drive.joint: is a spherical joint, which has no coordinate": rig(
         BALL, driver('joint = "ball"', "value = 1")
     ),

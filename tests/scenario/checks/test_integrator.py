@@ -78,6 +78,8 @@ CASES = {
 
 # More of these rules: the place, and words of the rule.
 MORE = {
+    "integrator.tolerance: must be at least 1e-14": integrator("tolerance = 1e-17"),
+    "integrator.tolerance.relative: must be at most 0.1": integrator("tolerance = { relative = 0.11 }"),
     "events.far.when: is a number, not a condition": event('name = "far"', 'when = "tip.x"'),
     "events.far.when: has the unknown name": event('name = "far"', 'when = "top.x > 1"'),
     "events.far.when: never changes": event('name = "far"', 'when = "1 > 2"'),

@@ -220,6 +220,9 @@ CASES = {
 
 # More of these rules: the place, and words of the rule.
 MORE = {
+    'sweep.vary."bodies.top.velocity[0]": leads to a key that is omitted': replaced(
+        '"bodies.top.mass"', '"bodies.top.velocity[0]"'
+    ),
     "model.bodies.top.mass: is missing": replaced("mass = 15\n", ""),
     "model.bodies.top.mass: must be a number, not a text": replaced("mass = 15", 'mass = "15"'),
     'sweep.vary."bodies.top.name": the path bodies.top.name is not a number but': replaced(

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import re
 from collections import defaultdict
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -173,6 +174,41 @@ def test_wrong_values(rule: str) -> None:
                 check(problem, offence, table.known[key], described(table, key, place))
                 number += 1
     assert number >= RULES[rule]
+
+
+BOUNDS = {
+    r"above 0\b": ("exclusiveMinimum", 0),
+    r"at least 0\b|0 or above": ("minimum", 0),
+    r"at least 1\b": ("minimum", 1),
+}
+RANGE = re.compile(r"from (-?[\d.]+) (?:\([^)]*\) )?to (-?[\d.,]*\d)")
+CHECKED_ELSEWHERE = ("mass", "velocity", "relative", "tolerance", "seed", "limit")  # whose bounds no schema has
+
+
+def parts(schema: Keys) -> Iterator[Keys]:
+    """A value's forms, and those of what is in it."""
+    for form in branches(schema):
+        yield form
+        for inner in (form.get("items"), form.get("additionalProperties")):
+            yield from parts(inner) if isinstance(inner, dict) else ()
+
+
+def test_numbers_have_the_bounds_that_are_said_of_them() -> None:
+    keys = {(table.form, key): x for table in EveryTable().tables for key, x in table.known.items()}
+    said = 0
+    for (form, key), schema in keys.items():
+        if key in CHECKED_ELSEWHERE:
+            continue
+        text, found = schema.get("description", ""), [*parts(schema)]
+        for pattern, (bound, limit) in BOUNDS.items():
+            if re.search(pattern, text):
+                assert any(x.get(bound) == limit for x in found), (form, key, text)
+                said += 1
+        for low, high in RANGE.findall(text):
+            limits = float(low), float(high.replace(",", ""))
+            assert any((x.get("minimum"), x.get("maximum")) == limits for x in found), (form, key, text)
+            said += 1
+    assert said > 90
 
 
 # ------------------------------------------------------------------------------------------------- which keys
