@@ -5,6 +5,7 @@ import functools
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -102,6 +103,7 @@ def part(path: Path) -> str:
     return path.relative_to(PACKAGE).with_suffix("").parts[0]
 
 
+@functools.cache
 def file_of(module: str) -> Path | None:
     """The file of a module or package of ours."""
     path = PACKAGE.joinpath(*module.split(".")[1:])
@@ -128,6 +130,7 @@ def imports(tree: ast.AST, path: Path) -> list[tuple[int, str]]:
     return found
 
 
+@functools.cache
 def target(module: str) -> str | None:
     """The name directly below lienumba that a module belongs to; None for other packages."""
     names = module.split(".")
@@ -137,32 +140,41 @@ def target(module: str) -> str | None:
     return names[1] if inside else "__init__"
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
-def test_imports_point_downwards_only(path):
+def upward_imports(path: Path) -> Iterator[str]:
+    """Imports of a file from its own floor or a higher one."""
     here = part(path)
-    if here in GROUND_FLOOR:
-        return
-    for line, module in imports(parsed(path), path):
+    for line, module in [] if here in GROUND_FLOOR else imports(parsed(path), path):
         below = target(module)
         if below is None or below in GROUND_FLOOR | {here}:
             continue
         if below == "__init__" and here != "__init__":
-            assert module == "lienumba.__version__", f"{path}:{line} imports lienumba itself, from below"
-            continue
-        assert floor(below) < floor(here), f"{path}:{line} imports {module}, which does not stand below {here}"
+            if module != "lienumba.__version__":
+                yield f"{path}:{line} imports lienumba itself, from below"
+        elif floor(below) >= floor(here):
+            yield f"{path}:{line} imports {module}, which does not stand below {here}"
 
 
-@pytest.mark.parametrize("room", INSIDE)
-def test_imports_inside_a_room_point_downwards_only(room):
+def test_imports_point_downwards_only():
+    assert [fault for path in FILES for fault in upward_imports(path)] == []
+
+
+def upward_imports_inside(room: str) -> Iterator[str]:
+    """Imports of a room's files from a higher floor of the room, and modules that stand on none of its floors."""
     heights = {name: height for height, names in enumerate(INSIDE[room]) for name in names}
-    assert set(heights) == {p.stem for p in (PACKAGE / room).iterdir() if p.stem not in ("__init__", "__pycache__")}
+    modules = {p.stem for p in (PACKAGE / room).iterdir() if p.stem not in ("__init__", "__pycache__")}
+    yield from (f"lienumba/{room}: {name} is a module or stands in INSIDE, not both" for name in modules ^ set(heights))
     for path in (PACKAGE / room).rglob("*.py"):
-        names = path.relative_to(PACKAGE / room).with_suffix("").parts
+        here = path.relative_to(PACKAGE / room).with_suffix("").parts[0]
         for line, module in imports(parsed(path), path):
             inside = module.split(".")[2:] if module.startswith(f"lienumba.{room}.") else []
-            if names[0] == "__init__" or not inside or inside[0] == names[0]:
+            if here == "__init__" or not inside or inside[0] == here or {here, inside[0]} - set(heights):
                 continue
-            assert heights[inside[0]] <= heights[names[0]], f"{path}:{line} imports {module}, which stands above it"
+            if heights[inside[0]] > heights[here]:
+                yield f"{path}:{line} imports {module}, which stands above it"
+
+
+def test_imports_inside_a_room_point_downwards_only():
+    assert [fault for room in INSIDE for fault in upward_imports_inside(room)] == []
 
 
 def test_the_drivers_see_neither_mechanics_nor_the_tracer():
@@ -225,41 +237,39 @@ def test_the_documentation_lists_the_same_floors():
     assert [set(re.findall(r"`(\w+)`", row)) for row in rows] == FLOORS
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
-def test_no_file_is_long(path):
-    assert len(path.read_text().splitlines()) <= LONGEST
-
-
-def test_no_test_file_is_long():
-    too_long = [p for p in TESTS.rglob("*.py") if len(p.read_text().splitlines()) > LONGEST]
+def test_no_file_is_long():
+    too_long = [p for p in [*FILES, *TESTS.rglob("*.py")] if len(p.read_text().splitlines()) > LONGEST]
     assert too_long == []
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
-def test_every_module_says_what_it_is(path):
-    assert ast.get_docstring(parsed(path)), f"{path} has no docstring"
+def test_every_module_says_what_it_is():
+    assert [path for path in FILES if not ast.get_docstring(parsed(path))] == []
 
 
-@pytest.mark.parametrize("path", [p for p in FILES if part(p) in ("groups", "mechanics")], ids=lambda p: p.stem)
-def test_every_public_function_of_the_mathematics_is_documented(path):
+def test_every_public_function_of_the_mathematics_is_documented():
     bare = [
-        f"{path.name}:{node.lineno} {node.name}"
+        f"{path}:{node.lineno} {node.name}"
+        for path in FILES
+        if part(path) in ("groups", "mechanics")
         for node in parsed(path).body
         if isinstance(node, ast.FunctionDef) and not node.name.startswith("_") and not ast.get_docstring(node)
     ]
     assert bare == []
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
-def test_what_help_and_validate_touch_imports_heavy_modules_late(path):
+def heavy_imports(path: Path) -> Iterator[str]:
+    """Imports of heavy modules at the top of a file that `--help` or `validate` loads."""
     name = str(path.relative_to(PACKAGE))
     light = [kind for kind in (HELP, VALIDATE) if any(name == x or name.startswith(f"{x}/") for x in kind)]
-    if not light:
-        return
-    late = HEAVY | {"numpy"} if HELP in light else HEAVY
+    late = (HEAVY | {"numpy"} if HELP in light else HEAVY) if light else set()
     top = ast.Module([n for n in parsed(path).body if isinstance(n, ast.Import | ast.ImportFrom)], [])
-    heavy = [(line, m) for line, m in imports(top, path) if m.split(".")[0] in late]
-    assert heavy == [], f"{path} imports {heavy} at its top: import them inside the functions that need them"
+    for line, module in imports(top, path):
+        if module.split(".")[0] in late:
+            yield f"{path}:{line} imports {module} at its top: import it inside the functions that need it"
+
+
+def test_what_help_and_validate_touch_imports_heavy_modules_late():
+    assert [fault for path in FILES for fault in heavy_imports(path)] == []
 
 
 @pytest.mark.parametrize("arguments", ["'--help'", "'run', '--help'", "'validate', 'scenarios/heavy_top.toml'"])
