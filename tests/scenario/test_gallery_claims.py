@@ -45,20 +45,16 @@ def solid(mass: float, shape: Any) -> np.ndarray:
     return np.diag(turn @ np.diag(moments) @ turn.T)
 
 
-def plain_bodies() -> list[Any]:
-    found = []
+def test_bodies_weigh_as_they_are_drawn() -> None:
+    """Within a factor of 2 of a homogeneous one, where a body is drawn as one box, sphere or cylinder."""
+    others = set()
     for file in sorted(SCENARIOS.glob("*.toml")):
         for body in resolve(file).data.model.bodies:
             if len(body.shapes or []) == 1 and body.shapes[0].type in ("box", "sphere", "cylinder"):
-                found.append(pytest.param(file.stem, body, id=f"{file.stem}-{body.name}"))
-    return found
-
-
-@pytest.mark.parametrize(("name", "body"), plain_bodies())
-def test_bodies_weigh_as_they_are_drawn(name: str, body: Any) -> None:
-    """Within a factor of 2 of a homogeneous one."""
-    ratios = np.array(body.inertia[:3]) / solid(body.mass, body.shapes[0])
-    assert ((ratios > 0.5) & (ratios < 2)).all() != ((name, body.name) in OTHERS)
+                ratios = np.array(body.inertia[:3]) / solid(body.mass, body.shapes[0])
+                if not ((ratios > 0.5) & (ratios < 2)).all():
+                    others.add((file.stem, body.name))
+    assert others == set(OTHERS)
 
 
 def test_brakes_hold_the_load_or_slip_where_they_are_worn() -> None:

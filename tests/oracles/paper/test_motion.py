@@ -21,6 +21,7 @@ from tests.rigs.places import SCENARIOS
 
 REFERENCES = Path(__file__).parent / "references"
 MONTE_CARLO = SCENARIOS / "satellite_monte_carlo.toml"
+VARIED = tomllib.loads(MONTE_CARLO.read_text(encoding="utf-8"))["sweep"]["vary"]
 FILES = {
     "satellite": REFERENCES / "satellite.json",
     "satellite_with_reaction": REFERENCES / "satellite_with_reaction.json",
@@ -214,12 +215,11 @@ class TestMonteCarlo:
         for i in range(2):
             np.testing.assert_allclose(place[:, i], sweep[f"joints.shoulder.points[0][{i}]"].values, atol=1e-14)
 
-    @pytest.mark.parametrize("path", sorted(resolve(MONTE_CARLO).data.sweep.vary))
+    @pytest.mark.parametrize("path", sorted(VARIED))
     def test_every_varied_number_reaches_the_mechanism(self, path: str) -> None:
         """All the others held at their nominal values."""
         still = {"distribution": "normal", "std": 0.0}
-        vary = tomllib.loads(MONTE_CARLO.read_text(encoding="utf-8"))["sweep"]["vary"]
-        held = {other: own if other == path else still for other, own in vary.items()}
+        held = {other: own if other == path else still for other, own in VARIED.items()}
         overrides = {"sweep.vary": held, "sweep.runs": 2, "integrator.end_time": 1.0, "output": {"times": [0.0, 1.0]}}
         dataset = lienumba.run(resolve(MONTE_CARLO, overrides=overrides), workers=1)
         first, second = (np.concatenate([dataset[v].values[i, -1].ravel() for v in PARTS.values()]) for i in range(2))
