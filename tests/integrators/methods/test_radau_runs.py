@@ -96,9 +96,9 @@ def test_a_force_that_jumps_against_the_motion_leaves_stages_that_cannot_be_solv
 
 
 def test_a_step_that_is_made_in_parts_finds_the_motion() -> None:
-    """Two bars that a damper makes nearly one. Where stages were not found in a step of 0.1 s, it went on from a part
-    of a sixteenth of it by the whole rest, in 55 of 1,024 runs to stages that held but were no motion, as a success
-    0.27 m away."""
+    """Two bars that a damper makes nearly one. Where stages were not found in a step, it went on from a part of it by
+    the whole rest, in 2 of 400 runs, here in one of 16, to stages that held but were no motion, as a success 0.03 m
+    away."""
     axes, w = [[0, 1, 0], [0, 1, 0]], {"rate": -1.3}
     system = lienumba.System("bars").parameter("c", 1e6).parameter("g", 9.7)
     system.gravity = [0, 0, "-g"]
@@ -110,10 +110,10 @@ def test_a_step_that_is_made_in_parts_finds_the_motion() -> None:
                  stiffness=0, damping="c")  # fmt: skip
     system.sweep(runs=400, seed=8).vary("parameters.c", "uniform", low=0.9e6, high=1.1e6)
     system.vary("parameters.g", "uniform", low=9.6, high=9.8)
-    system.integrator(method="radau9", step=0.1, end_time=0.4).output(times=[0.4], variables=["position"])
-    found = lienumba.run(system)
-    fine = {"method": "radau5", "step": 0.01, "coordinates": "joint", "end_time": 0.4}
-    motion = lienumba.run(system, overrides={"integrator": fine})
+    system.integrator(method="radau5", step=0.4, end_time=0.4).output(times=[0.4], variables=["position"])
+    found = lienumba.run(system, runs=range(104, 120))
+    fine = {"method": "radau5", "step": 0.02, "coordinates": "joint", "end_time": 0.4}
+    motion = lienumba.run(system, runs=range(104, 120), overrides={"integrator": fine})
     assert (found.status == 0).all()
     assert (found.rejected_steps > 0).all()
-    np.testing.assert_allclose(found.position, motion.position, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found.position, motion.position, rtol=0, atol=2e-4)  # of the method 5e-5
