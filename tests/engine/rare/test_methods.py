@@ -18,6 +18,7 @@ SHELL = float(stats.chi2.isf(RARE, 3))
 CORNER = float(stats.norm.isf((1.0 - np.sqrt(1.0 - RARE)) / 2))
 BOTH = float(stats.norm.isf(RARE / 2))
 REPEATS = 60
+FEW_REPEATS = 15  # where design points are many, and searching for them takes most of the time
 Case = tuple[Callable[[np.ndarray], np.ndarray], int, float]
 
 
@@ -77,9 +78,9 @@ CASES: dict[str, Case] = {
 }
 
 
-def repeated(method: str, case: str, runs: int) -> list[Estimate]:
+def repeated(method: str, case: str, runs: int, repeats: int = REPEATS) -> list[Estimate]:
     margins, d, _ = CASES[case]
-    return [METHODS[method](margins, d, runs, seed, 0.95) for seed in range(REPEATS)]
+    return [METHODS[method](margins, d, runs, seed, 0.95) for seed in range(repeats)]
 
 
 BENT = [
@@ -107,9 +108,10 @@ def test_importance_sampling_holds_what_its_interval_says(case: str) -> None:
 @pytest.mark.parametrize("case", BENT)
 def test_importance_sampling_finds_what_lies_far_from_design_points(case: str) -> None:
     """Limits that bend about the origin, that jump, and regions that no start leads to."""
-    found, p = repeated("importance", case, 6000), CASES[case][2]
-    assert np.mean([x.low <= p <= x.high for x in found]) > 0.94
-    assert np.mean([x.probability for x in found]) == pytest.approx(p, rel=0.015)
+    found, p = repeated("importance", case, 6000, FEW_REPEATS), CASES[case][2]
+    deviation = (0.95 * 0.05 / FEW_REPEATS) ** 0.5
+    assert np.mean([x.low <= p <= x.high for x in found]) > 0.95 - 3.0 * deviation
+    assert np.mean([x.probability for x in found]) == pytest.approx(p, rel=0.03)
 
 
 def test_the_nearest_of_all_regions_is_told_first() -> None:
