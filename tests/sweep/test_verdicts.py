@@ -82,7 +82,7 @@ def test_runs_with_weights_have_one_answer_that_is_wrong_no_more_often_than_is_s
 ) -> None:
     """Of normal numbers 95 % are below 1.645: a margin to any limit that 95 % keep is known, and so is whether it is
     met. Where no run fails, or only light ones do, both were asked of other numbers of runs."""
-    wanted, wrong, sweeps = Wanted("x", 0.95, 0.9), [], 200
+    wanted, wrong, sweeps = Wanted("x", 0.95, 0.9), [], 60
     margin_kept = limit - stats.norm.ppf(0.95)
     for seed in range(sweeps):
         u = {"x": uniforms("x", np.arange(300), seed)}
