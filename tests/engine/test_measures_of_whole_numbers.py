@@ -37,7 +37,7 @@ def flown(integrator: dict[str, Any], names: list[str]) -> xr.Dataset:
         "quantities": [{"name": "p", "type": "point", "body": "b"}],
         "measures": [{"name": name, "value": MEASURES[name]} for name in names],
         "integrator": integrator | {"end_time": END}, "output": {"every": END},
-        "sweep": {"runs": 100, "seed": 1, "vary": vary},
+        "sweep": {"runs": 32, "seed": 1, "vary": vary},
     }  # fmt: skip
     return lienumba.run(scenario, progress=False)
 
