@@ -12,7 +12,7 @@ from lienumba.engine.linear.looked import Looked, turning_links
 from lienumba.engine.linear.reduction import Blocks, Constraints, Reduced, reduced
 from lienumba.engine.linear.states import States
 from lienumba.groups import so3
-from lienumba.integrators.tracing.linear.equations import Equations, Linear
+from lienumba.integrators.tracing.linear.equations import Equations, Linear, RunsNumbers
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.integrators.tracing.linear.recorded import recorded
 from lienumba.integrators.tracing.linear.rounding import Moves, scale
@@ -106,7 +106,7 @@ class Recorded:
         return list(a[:, :, 0].T), list(mu[:, :, 0].T)
 
     def _at(self, equations: Equations, states: States, a: Sequence[Any], mu: Sequence[Any]) -> Linear:
-        return equations.of_runs(states.rows, states.t, a, mu, states.numbers, len(states.labels))
+        return equations.of_runs(states.rows, states.t, a, mu, RunsNumbers(states.numbers, len(states.labels)))
 
     def _blocks(self, states: States, turning: Sequence[float]) -> tuple[Blocks, dict[str, Array], Array]:
         """What is to be reduced, what is seen, and how bodies move with the rates, along the axes looked at."""

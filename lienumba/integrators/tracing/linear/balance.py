@@ -13,8 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from lienumba.compiler.dense.decompositions import Rows, product, unit_rows
+from lienumba.compiler.memo import Memo
 from lienumba.integrators.tracing.law_states import LawStates
-from lienumba.integrators.tracing.linear.equations import Equations, Held, Linear
+from lienumba.integrators.tracing.linear.equations import Equations, Held, Linear, RunsNumbers
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.integrators.tracing.linear.recorded import recorded
 from lienumba.integrators.tracing.linear.standing import REDUNDANT, Standing
@@ -32,6 +33,7 @@ from lienumba.mechanics.system.switches import CONTACT, switches_of
 from lienumba.numerics.operations import sqrt
 
 Array = npt.NDArray[Any]
+ASKED = 4  # sets of runs that a search asks for again and again, until the next of them is done
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,7 @@ class Balance:
         self.state = np.array([np.broadcast_to(np.asarray(x, float), (runs,)) for x in rows])
         self.state[self.rates] = 0.0
         self.numbers = split(model)[1]
+        self._models, self._numbers = Memo[Model](ASKED), Memo[RunsNumbers](ASKED)
         self.n, self.m = tracer.velocities, len(self.equations.used)
         self.mu = np.zeros((runs, self.m))
         every_row = [c for c in constraints.constraints_of(tracer.graph()[1]) for _ in c.kinds]
@@ -124,12 +127,14 @@ class Balance:
     def of(self, which: Array) -> Model:
         """The model of these runs."""
         part = partial(_part, which=which, runs=self.runs)
-        return map_numbers(self.model, lambda x, _: part(x), part)
+        return self._models.get(which.tobytes(), lambda: map_numbers(self.model, lambda x, _: part(x), part))
 
     def at(self, state: Array, a: Array, mu: Array, which: Array, equations: Equations) -> Linear:
-        numbers = [_part(x, which, self.runs) for x in self.numbers]
+        def numbers() -> RunsNumbers:
+            return RunsNumbers([_part(x, which, self.runs) for x in self.numbers], len(which))
+
         with np.errstate(all="ignore"):
-            return equations.of_runs(state, 0.0, a.T, mu.T, numbers, len(which))
+            return equations.of_runs(state, 0.0, a.T, mu.T, self._numbers.get(which.tobytes(), numbers))
 
     def rows_of(self, at: Linear, which: Array, held: Array | None = None) -> tuple[Rows, Array]:
         """C by the sizes of the coordinates, its rows of length 1; and how long they were (runs, m). held: 1 for each

@@ -266,20 +266,36 @@ class Equations:
         given |= {"parameters": parameter, INPUTS: inputs.__getitem__}
         return Linear(self._tape.replayed(lambda array, row: given[array](row), functions), self)
 
-    def of_runs(self, state: Row, t: float, a: Row, mu: Row, numbers: Sequence[Any], runs: int) -> Linear:
-        """`at` on arrays (runs,) and floats; numbers: of the model. Of few runs one by one on floats, to the same bits:
-        an operation on short arrays takes as long as on some thirty floats."""
-        if not 0 < runs <= FEW or any(isinstance(x, RunNumbers) for x in numbers):
-            return self.at(state, t, a, mu, numbers.__getitem__)
-        given = zip(*(_by_run(own, runs) for own in (state, a, mu, numbers)), strict=True)
-        each = [self.at(rows, t, a, mu, own.__getitem__).numbers for rows, a, mu, own in given]
+    def of_runs(self, state: Row, t: float, a: Row, mu: Row, numbers: "RunsNumbers") -> Linear:
+        """`at` on arrays (runs,) and floats. Of few runs one by one on floats, to the same bits: an operation on short
+        arrays takes as long as on some thirty floats."""
+        if numbers.by_run is None:
+            return self.at(state, t, a, mu, numbers.every.__getitem__)
+        given = zip(*(_by_run(x, numbers.runs) for x in (state, a, mu)), numbers.by_run, strict=True)
+        each = [self.at(rows, t, own_a, own_mu, own.__getitem__).numbers for rows, own_a, own_mu, own in given]
         return Linear(np.array(each, float).T, self)
 
 
-def _by_run(numbers: Row, runs: int) -> list[tuple[Any, ...]]:
-    """Of each run its own floats."""
+@dataclass(frozen=True)
+class RunsNumbers:
+    """Every number of the model of some runs: a float, an array (runs,), or what a table holds."""
+
+    every: Sequence[Any]
+    runs: int
+
+    @cached_property
+    def by_run(self) -> list[Sequence[Any]] | None:
+        """Of each run its own floats; None of many runs, and of runs with samples of their own."""
+        few = 0 < self.runs <= FEW and not any(isinstance(x, RunNumbers) for x in self.every)
+        return _by_run(self.every, self.runs) if few else None
+
+
+def _by_run(numbers: Row, runs: int) -> list[Sequence[Any]]:
+    if isinstance(numbers, np.ndarray):
+        found: list[Sequence[Any]] = numbers.T.tolist()
+        return found
     each = [x.ravel().tolist() * (runs // x.size) if isinstance(x, np.ndarray) else [x] * runs for x in numbers]
-    return [tuple(own[run] for own in each) for run in range(runs)]
+    return [[own[run] for own in each] for run in range(runs)]
 
 
 def _directions(tracer: Tracer, graph: Graph) -> tuple[list[dict[Symbol, Number]], list[dict[Symbol, Number]]]:
