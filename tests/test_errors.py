@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import lienumba
-from lienumba.errors import MISSING, NOTHING, UNKNOWN, BadValueError, Problem, ScenarioError, missing
-from lienumba.scenario.resolve import resolve
+from lienumba.errors import MISSING, NOTHING, UNKNOWN, BadValueError, Problem, missing
 from lienumba.words import Written
+from tests.facade import ScenarioError, resolve
 
 PACKAGE = Path(lienumba.__file__).parent
 SENTENCES = {

@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 
 from lienumba import ScenarioError
 from lienumba.analysis import run_table
-from lienumba.cli import app
 from tests.analysis.sweep_example import sweep
+from tests.facade import app
 
 RNG = np.random.default_rng(3)
 RUNS = 7

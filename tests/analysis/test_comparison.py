@@ -7,8 +7,8 @@ from typer.testing import CliRunner
 
 from lienumba import ScenarioError
 from lienumba.analysis import compare
-from lienumba.cli import app
 from tests.analysis.sweep_example import sweep
+from tests.facade import app
 
 RNG = np.random.default_rng(11)
 X = RNG.standard_normal(200)

@@ -10,8 +10,7 @@ import xarray as xr
 
 import lienumba
 from lienumba.engine.stopping import Stopping, interval
-from lienumba.errors import ScenarioError
-from lienumba.scenario.resolve import resolve
+from tests.facade import ScenarioError, resolve
 from tests.rigs.places import SCENARIOS
 from tests.rigs.sweeps import bits, top
 

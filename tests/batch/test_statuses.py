@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from lienumba.batch import statuses
-from lienumba.errors import ScenarioError
 from lienumba.integrators import codes
 from lienumba.integrators.tracing import step_kernels
+from tests.facade import ScenarioError
 from tests.rigs.sweeps import a_rod, edit_samples, loop, run, top, two_rods
 
 pytestmark = pytest.mark.usefixtures("step")

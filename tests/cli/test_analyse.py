@@ -12,10 +12,10 @@ from scipy.stats import norm
 from typer.testing import CliRunner
 
 from lienumba.analysis import sensitivity
-from lienumba.cli import app
 from lienumba.store.study_layout import Coordinate
 from lienumba.store.study_layout import dataset as study
 from tests.analysis.sweep_example import named, saltelli, sweep
+from tests.facade import app
 from tests.rigs.places import ROOT
 
 

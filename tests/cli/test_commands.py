@@ -13,9 +13,9 @@ import xarray as xr
 from typer.testing import CliRunner, Result
 
 from lienumba import __version__
-from lienumba.cli import app
 from lienumba.engine import runner
 from lienumba.store.outputs import WriteError
+from tests.facade import app
 from tests.rigs.places import ROOT, SCENARIOS
 
 SHORT = ("--set", "integrator.end_time=0.02")

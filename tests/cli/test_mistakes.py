@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 import lienumba
-from lienumba.cli import app
 from lienumba.scenario.base.toml import dumps
+from tests.facade import app
 from tests.rigs.everything import EVERYTHING, STOP
 
 RUNNER = CliRunner()

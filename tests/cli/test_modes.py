@@ -9,10 +9,10 @@ from scipy.stats import spearmanr
 
 import lienumba as library
 from lienumba.analysis.sensitivities.sensitivity import sensitivity
-from lienumba.errors import ScenarioError
 from lienumba.figures import figure
 from lienumba.scene import mode_scene
 from tests.cli.test_commands import lienumba
+from tests.facade import ScenarioError
 from tests.rigs.places import SCENARIOS
 
 

@@ -13,17 +13,16 @@ from typer.testing import CliRunner
 import lienumba
 from lienumba import ScenarioError, analysis
 from lienumba.analysis.panels.select_panels import named_panels
-from lienumba.cli import app
 from lienumba.engine.rare.limit import Limit
 from lienumba.engine.requirements import judges_of
 from lienumba.engine.results import Results
 from lienumba.engine.select_run import worst
 from lienumba.engine.stopping import stopping_of
 from lienumba.figures.outputs import convergence, scatter
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import check_initial
 from lienumba.store.layout import MARGIN, MET
 from lienumba.store.names import INPUT, OVER_TIME, known, match
+from tests.facade import app, resolve
 from tests.rigs.everything import BRIEF, EVERYTHING, SOON, STOP
 
 RUNNER = CliRunner()

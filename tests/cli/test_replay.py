@@ -10,11 +10,11 @@ from typer.testing import CliRunner, Result
 
 import lienumba
 from lienumba import __version__
-from lienumba.cli import app
 from lienumba.engine.select_run import worst
 from lienumba.scenario.base import code
 from lienumba.store import windows
 from lienumba.store.layout import Variable, dataset
+from tests.facade import app
 from tests.rigs.sweeps import edit_samples, top
 
 SPIN = "bodies.top.angular_velocity[1]"

@@ -16,10 +16,9 @@ import click
 import typer.main
 from typer.testing import CliRunner
 
-from lienumba.cli import app
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.study_start import check_starts
 from tests.documents.pages import LANGUAGES, ROOT, Block
+from tests.facade import app, resolve
 
 # Beginnings of commands of lienumba that a test cannot run: they are parsed.
 NOT_RUN = ("lienumba run my.toml --dask ",)

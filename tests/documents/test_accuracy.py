@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from lienumba.integrators.methods import METHODS
+from tests.facade import METHODS
 from tests.rigs.places import scripts_on_path
 
 with scripts_on_path():

@@ -8,15 +8,13 @@ import pytest
 
 import lienumba
 from lienumba.engine.runner import check_initial
-from lienumba.integrators.methods import METHODS
 from lienumba.keys.units import factors
-from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
-from lienumba.scenario.resolve import resolve
 from lienumba.store.layout import VARIABLES, course
 from tests.documents.pages import ROOT, blocks
 from tests.documents.player import COMMANDS
+from tests.facade import JOINTS, METHODS, resolve
 
 SYMBOLS = {"m", "kg", "s", "rad", "N", "J"}
 

@@ -20,25 +20,21 @@ from scipy.stats import qmc
 
 import lienumba
 from lienumba.analysis import orders
-from lienumba.errors import ScenarioError
 from lienumba.groups import so3
-from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.tableau import Tableau
 from lienumba.keys.literature import Reference
 from lienumba.keys.types import Positive, Timed
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.forces.base import AlongJoint, BetweenPoints, Given
 from lienumba.mechanics.elements.forces.numbers import DISSIPATIVE, number
-from lienumba.mechanics.elements.joints import JOINTS, Own
+from lienumba.mechanics.elements.joints import Own
 from lienumba.mechanics.elements.joints.keys import AtPoints, FirstAxis
 from lienumba.mechanics.elements.joints.parts import along, separation
 from lienumba.mechanics.mechanism.kinematics import Motion, inertia_times
-from lienumba.mechanics.mechanism.model import Joint
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, Observation, OutputVariable
 from lienumba.numerics.number import Number, Vector
 from lienumba.present.citation.cite import cite_dataset, cite_scenario
 from lienumba.scenario.checks.integrator import method_of, pairs
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.schema.json_schema import json_schema
 from lienumba.scenario.schema.scenario import Integrator, Projection, ScenarioData
 from lienumba.scenario.study_errors import STATE
@@ -46,6 +42,7 @@ from lienumba.scene import scene
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.samplers.sampler import Sampler, Streams
 from lienumba.sweep.samplers.streams import LARGEST, SMALLEST, uniforms
+from tests.facade import JOINTS, METHODS, Joint, ScenarioError, resolve
 from tests.integrators.methods.test_tableaus import holds, trees
 from tests.rigs.places import ROOT, SCENARIOS
 

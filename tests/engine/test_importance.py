@@ -12,10 +12,9 @@ from scipy import stats
 
 import lienumba
 from lienumba import analysis
-from lienumba.errors import ScenarioError
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.samples_file import sample
 from lienumba.store.outputs import Output
+from tests.facade import ScenarioError, resolve
 
 FALL: dict[str, Any] = {
     "parameters": {"push": 1.0},

@@ -8,8 +8,8 @@ import xarray as xr
 
 import lienumba
 from lienumba.mechanics.elements import quantities
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import prepare
+from tests.facade import resolve
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*nothing uses it")
 EVERY, COUNT, RUNS = 0.1, 10, 20  # more runs than lanes: each takes the place of another one

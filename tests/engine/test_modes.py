@@ -9,8 +9,8 @@ from scipy.signal import StateSpace
 
 import lienumba
 from lienumba.analysis.mode_rows import mode_rows
-from lienumba.errors import ScenarioError
 from tests.documents.pages import ROOT
+from tests.facade import ScenarioError
 from tests.rigs import parts
 
 G = 9.81

@@ -12,10 +12,10 @@ from typer.testing import CliRunner
 
 import lienumba
 from lienumba import ScenarioError
-from lienumba.cli import app
 from lienumba.engine.disk import merge
 from lienumba.engine.part import SweepPart
 from lienumba.store import provenance
+from tests.facade import app
 from tests.rigs.places import SCENARIOS
 from tests.rigs.sweeps import top
 

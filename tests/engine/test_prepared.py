@@ -10,9 +10,8 @@ import xarray as xr
 
 import lienumba
 from lienumba.batch.statuses import NOT_ASSEMBLED, SUCCESS
-from lienumba.errors import ScenarioError
 from lienumba.integrators.tracing import program
-from lienumba.scenario.resolve import resolve
+from tests.facade import ScenarioError, resolve
 from tests.rigs.places import SCENARIOS
 
 TOP = {"integrator.end_time": 0.1, "output.every": 0.05}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import pytest
 
 from lienumba.engine import progress
-from lienumba.errors import ScenarioError
+from tests.facade import ScenarioError
 
 
 @dataclass

@@ -5,7 +5,7 @@ import pytest
 
 import lienumba
 from lienumba.engine.runner import operation_counts
-from lienumba.scenario.resolve import resolve
+from tests.facade import resolve
 from tests.rigs.places import ROOT
 
 SHORT = {"integrator.end_time": 0.1, "output.every": 0.05}

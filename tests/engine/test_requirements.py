@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 
 import lienumba
 from lienumba import ScenarioError, analysis
-from lienumba.cli import app
 from lienumba.scenario.base.toml import dumps
+from tests.facade import app
 
 BALL = {"name": "ball", "mass": 1.0, "inertia": [1.0, 1.0, 1.0], "position": [0, 0, 0], "velocity": [0, 0, 0]}
 SOON = {"name": "soon", "value": "event_time.impact", "below": "sqrt(1*2/9.81)", "probability": 0.4}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.errors import ScenarioError
+from tests.facade import ScenarioError
 from tests.rigs.inputs import at_hinge
 
 FORMULA = "max(abs(hinge_at.angle), t > 0.25)"

@@ -11,9 +11,8 @@ import xarray as xr
 
 import lienumba
 from lienumba import analysis
-from lienumba.errors import ScenarioError
-from lienumba.scenario.resolve import resolve
 from lienumba.scene import scene
+from tests.facade import ScenarioError, resolve
 from tests.rigs.disturbed import assert_same_data
 
 TIMES = np.linspace(0.0, 1.0, 11)

@@ -8,7 +8,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import lienumba
-from lienumba.cli import app
+from tests.facade import app
 from tests.rigs.places import SCENARIOS
 from tests.rigs.scenarios import PENDULUM, TOP, scenario
 

@@ -5,10 +5,10 @@ import pytest
 import xarray as xr
 
 import lienumba
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.study_errors import distance
 from lienumba.store.files import read
 from lienumba.store.outputs import write
+from tests.facade import resolve
 from tests.rigs.studies import BALL, EXACT, SAMPLED, VARIED, ball, top
 
 STEPS = {"integrator.step": [0.02, 0.01]}

@@ -10,10 +10,9 @@ import xarray as xr
 import lienumba
 from lienumba.engine.replay import again
 from lienumba.engine.select_run import worst
-from lienumba.errors import ScenarioError
 from lienumba.figures import figure
-from lienumba.scenario.resolve import resolve
 from lienumba.store import shards
+from tests.facade import ScenarioError, resolve
 from tests.rigs.disturbed import assert_same_data, sweep
 
 SINGLE = {"every": 0.01, "precision": {"rotation": "float32", "energy": "float32"}}

@@ -12,11 +12,11 @@ import pytest
 from typer.testing import CliRunner
 
 import lienumba
-from lienumba.cli import app
 from lienumba.groups import so3
 from lienumba.scene import scene
 from lienumba.scene.solids import equivalent
 from lienumba.store.outputs import write
+from tests.facade import app
 from tests.rigs.changing import changing
 from tests.rigs.studies import VARIED, top
 

@@ -9,9 +9,9 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import lienumba
-from lienumba.cli import app
 from lienumba.figures import figure
 from lienumba.store.outputs import write
+from tests.facade import app
 from tests.rigs.changing import CHANGING
 from tests.rigs.studies import VARIED, top
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from lienumba.analysis import sensitivity
-from lienumba.errors import ScenarioError
 from lienumba.figures import figure
 from tests.analysis.sensitivities.test_morris import samples, table
 from tests.analysis.sweep_example import named, sweep
+from tests.facade import ScenarioError
 
 pytest.importorskip("matplotlib")
 

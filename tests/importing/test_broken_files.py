@@ -2,8 +2,8 @@
 
 import pytest
 
-from lienumba.errors import ScenarioError
 from lienumba.importing.reading import read
+from tests.facade import ScenarioError
 from tests.importing.robots import ROD, joint, link, mjcf, urdf
 
 

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.errors import ScenarioError
-from lienumba.scenario.resolve import resolve
+from tests.facade import ScenarioError, resolve
 from tests.rigs.places import scripts_on_path
 
 pytest.importorskip("mujoco")

@@ -7,10 +7,9 @@ import pytest
 
 import lienumba
 from lienumba.integrators.tracing.program import Method, build
-from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.system import kkt, projection
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import prepare
+from tests.facade import Instant, resolve
 from tests.mechanics.system.test_projection import COARSE, step, twin
 from tests.oracles.reference import naive
 from tests.oracles.reference.nearest import nearest

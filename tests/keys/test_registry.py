@@ -7,12 +7,12 @@ from pydantic import Field, ValidationError
 
 from lienumba.keys.registry import Registry, literal
 from lienumba.keys.types import Positive, Section
-from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.joints.keys import Between
 from lienumba.scenario.schema.json_schema import json_schema
 from lienumba.scenario.schema.messages import problems
 from lienumba.scenario.schema.scenario import ScenarioData
 from lienumba.scenario.schema.sections import section_of
+from tests.facade import JOINTS
 
 
 class Apple(Section):

@@ -7,7 +7,7 @@ import pytest
 
 from lienumba.engine.runner import operation_counts
 from lienumba.integrators.tracing import step_kernels
-from lienumba.scenario.resolve import resolve
+from tests.facade import resolve
 from tests.laws.rigs import close, order, own, pair, run
 from tests.rigs.scenarios import TOP, chain
 from tests.rigs.sweeps import assert_same, linkage

@@ -9,7 +9,7 @@ import pytest
 
 import lienumba
 from lienumba.scenario.base.toml import dumps
-from lienumba.scenario.resolve import resolve
+from tests.facade import resolve
 from tests.laws.rigs import pendulum, run
 
 LAW = "def push(joint, *, size):\n    return joint.effort(size)\n"

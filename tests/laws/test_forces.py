@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lienumba.engine.runner import operation_counts
-from lienumba.scenario.resolve import resolve
+from tests.facade import resolve
 from tests.laws.rigs import close, order, own, pair, pendulum, run
 
 MOTION = ("position", "rotation", "velocity", "angular_velocity", "joint_force", "joint_torque")

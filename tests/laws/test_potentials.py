@@ -7,8 +7,8 @@ import pytest
 
 from lienumba.compiler import native
 from lienumba.engine.programs import program_of
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import prepare
+from tests.facade import resolve
 from tests.laws.rigs import close, order, own, pair, pendulum, run
 
 MOTION = ("position", "rotation", "velocity", "angular_velocity", "joint_force", "joint_torque")

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from lienumba.engine.runner import operation_counts
 from lienumba.integrators.tracing import step_kernels
-from lienumba.scenario.resolve import resolve
+from tests.facade import resolve
 from tests.laws.rigs import close, exact, missed, order, own, pair, pendulum, run
 from tests.rigs.scenarios import chain
 from tests.rigs.sweeps import assert_same

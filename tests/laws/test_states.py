@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lienumba.integrators.methods import METHODS
+from tests.facade import METHODS
 from tests.laws.rigs import angle, exact, order, own, pendulum, rate, run
 
 STEPS = (0.02, 0.01, 0.005)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.errors import ScenarioError
+from tests.facade import ScenarioError
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 N_FOUR_BAR = SCENARIOS / "n_four_bar.toml"

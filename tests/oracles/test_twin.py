@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lienumba.integrators.methods import METHODS
+from tests.facade import METHODS
 from tests.oracles.reference import naive
 from tests.rigs.scenarios import LOOP, PENDULUM, chain, scenario, simulate, state_at, twin_of
 

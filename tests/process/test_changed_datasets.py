@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner
 
-from lienumba.cli import app
+from tests.facade import app
 from tests.rigs.places import scripts_on_path
 
 with scripts_on_path():

@@ -12,14 +12,13 @@ from typer.testing import CliRunner
 
 import lienumba
 from lienumba import ScenarioError
-from lienumba.cli import app
 from lienumba.engine.cluster import connection, dask_worker
 from lienumba.engine.cluster.dask_cluster import DEATHS, Cluster, Sent
 from lienumba.engine.runner import Interrupted, runs_of
 from lienumba.errors import ClusterError
 from lienumba.scenario.reading.loading import load
-from lienumba.scenario.resolve import resolve
 from tests.engine.test_run_tables import weighted, written
+from tests.facade import app, resolve
 from tests.process.clusters import Processes
 from tests.rigs.places import SCENARIOS
 from tests.rigs.sweeps import assert_same, linkage, top

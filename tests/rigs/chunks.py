@@ -9,8 +9,9 @@ from lienumba.batch.integrate import Batch, Chunk, integrate
 from lienumba.engine.programs import batch_of, program_of
 from lienumba.integrators.tracing.machine import compile_program
 from lienumba.integrators.tracing.program import Program
-from lienumba.scenario.resolve import Scenario, resolve
+from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Prepared, prepare
+from tests.facade import resolve
 from tests.rigs.places import SCENARIOS
 
 GALLERY = sorted(path.stem for path in SCENARIOS.glob("*.toml"))

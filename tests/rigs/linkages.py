@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, JointStart, Model, Pose, Start
+from lienumba.mechanics.mechanism.model import JointStart, Pose, Start
+from tests.facade import GROUND, Body, Joint, Model
 
 GRAVITY = (0.0, 0.0, -9.81)
 

@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 
 from lienumba.groups import so3
-from lienumba.mechanics.elements.joints import JOINTS
-from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, Model
+from tests.facade import GROUND, JOINTS, Body, Joint, Model
 
 GRAVITY = (0.3, -0.2, -9.81)
 Ends = list[tuple[str, int, int]]

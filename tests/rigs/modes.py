@@ -13,8 +13,7 @@ from lienumba.integrators.tracing.joint import states as joint_states
 from lienumba.integrators.tracing.program import Method
 from lienumba.integrators.tracing.row_selection import UNIQUE
 from lienumba.integrators.tracing.template import split
-from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import Model
+from tests.facade import Instant, Model
 
 STICK, SLIDE = 1.0, 2.0
 On = dict[str, tuple[float, tuple[float, ...]]]

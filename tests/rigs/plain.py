@@ -4,16 +4,15 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.integrators.methods import METHODS, munthe_kaas
+from lienumba.integrators.methods import munthe_kaas
 from lienumba.integrators.methods.charts import R3xSO3
 from lienumba.integrators.tracing.method import Method
 from lienumba.integrators.tracing.row_selection import UNIQUE
 from lienumba.integrators.tracing.template import split
 from lienumba.integrators.tracing.tracer import Tracer
-from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.system import dynamics, embedded, kkt, projection
 from lienumba.mechanics.system.body_axes import Axes
-from lienumba.scenario.resolve import resolve
+from tests.facade import METHODS, Instant, resolve
 from tests.rigs.scenarios import start_of
 
 Bodies = tuple[tuple[float, ...], ...]

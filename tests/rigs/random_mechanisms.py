@@ -6,10 +6,11 @@ import numpy as np
 
 from lienumba.groups import so3
 from lienumba.mechanics.elements import joints
-from lienumba.mechanics.elements.joints import JOINTS, coordinate_kinds
-from lienumba.mechanics.mechanism.kinematics import Instant, still
-from lienumba.mechanics.mechanism.model import GROUND, Body, Coordinate, Driver, Force, Joint, Model
+from lienumba.mechanics.elements.joints import coordinate_kinds
+from lienumba.mechanics.mechanism.kinematics import still
+from lienumba.mechanics.mechanism.model import Coordinate, Driver, Force
 from lienumba.numerics.expressions import Formula
+from tests.facade import GROUND, JOINTS, Body, Instant, Joint, Model
 from tests.rigs.mechanisms import vector
 
 STRONG = ["spherical", "revolute", "universal", "cylindrical", "prismatic", "planar", "screw", "fixed"]

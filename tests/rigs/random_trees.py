@@ -5,14 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.mechanics.elements.joints import JOINTS
-from lienumba.mechanics.mechanism.kinematics import Instant, still
-from lienumba.mechanics.mechanism.model import GROUND, Body, Coordinate, Joint, Model
+from lienumba.mechanics.mechanism.kinematics import still
+from lienumba.mechanics.mechanism.model import Coordinate
 from lienumba.mechanics.mechanism.moves import Ball, Free, Turn, Wind
 from lienumba.mechanics.system import constraints, dynamics
 from lienumba.mechanics.tree.links import PINS, Tree, tree_of
 from lienumba.mechanics.tree.posture import Posture
 from lienumba.numerics.expressions import Formula
+from tests.facade import GROUND, JOINTS, Body, Instant, Joint, Model
 from tests.rigs import random_mechanisms as any_mechanism
 from tests.rigs.mechanisms import body, dense, vector
 

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 import lienumba
-from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import prepare
+from tests.facade import Model, resolve
 from tests.oracles.reference.lagrange_top import State, motion
 from tests.rigs import parts
 from tests.rigs.scenario_example import EXAMPLE

@@ -6,15 +6,16 @@ from typing import Any
 import numpy as np
 
 from lienumba.mechanics.elements.contacts import CONTACTS
-from lienumba.mechanics.elements.joints import JOINTS, freedom
-from lienumba.mechanics.mechanism.kinematics import Instant, Mode, still
-from lienumba.mechanics.mechanism.model import GROUND, Contact, Coordinate, Force, Limit, Lock, Model
+from lienumba.mechanics.elements.joints import freedom
+from lienumba.mechanics.mechanism.kinematics import Mode, still
+from lienumba.mechanics.mechanism.model import Contact, Coordinate, Force, Limit, Lock
 from lienumba.mechanics.system import constraints, dynamics
 from lienumba.mechanics.system.switched import laws
 from lienumba.mechanics.system.switches import BALL, CONTACT, FRICTION, JOINT, LOCK, Switch, switches_of
 from lienumba.mechanics.tree.links import tree_of
 from lienumba.mechanics.tree.posture import Posture
 from lienumba.numerics.jets import lift
+from tests.facade import GROUND, JOINTS, Instant, Model
 from tests.rigs import random_trees
 from tests.rigs.mechanisms import dense, vector
 

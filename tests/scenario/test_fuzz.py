@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from lienumba.mechanics.elements.forces import FORCES
-from lienumba.mechanics.elements.joints import JOINTS
+from tests.facade import JOINTS
 from tests.rigs.places import scripts_on_path
 
 with scripts_on_path():

@@ -9,9 +9,9 @@ import xarray as xr
 import lienumba
 from lienumba import System
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.schema.sections import SECTIONS
 from lienumba.scenario.start.build import build
+from tests.facade import resolve
 from tests.rigs.places import ROOT, SCENARIOS
 
 EXPECTED = "triangle inequality"  # the inertia of the satellite's last body, as the paper prints it

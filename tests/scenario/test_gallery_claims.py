@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import lienumba
-from lienumba.scenario.resolve import resolve
+from tests.facade import resolve
 from tests.rigs.places import SCENARIOS
 
 LOAD = 60 * 9.81 * 0.2  # N m, of the hoist at its drum

@@ -9,11 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lienumba.errors import ScenarioError
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base import toml
-from lienumba.scenario.resolve import resolve
 from lienumba.store import layout
+from tests.facade import ScenarioError, resolve
 from tests.rigs.scenario_example import EXAMPLE, example
 
 

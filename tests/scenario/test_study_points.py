@@ -7,9 +7,9 @@ import xarray as xr
 import lienumba
 from lienumba.scenario.base import toml
 from lienumba.scenario.reading.extends import replaced_by
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.study_points import changed
 from lienumba.store.outputs import write
+from tests.facade import resolve
 from tests.rigs.studies import BALL, VARIED, ball, top
 
 PLAIN = ("status", "end_time", "steps", "rejected_steps", "max_position_violation", "max_energy_drift")

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.errors import ScenarioError
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.system import System
+from tests.facade import ScenarioError, resolve
 from tests.rigs.scenario_example import example
 
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from lienumba.mechanics.mechanism.model import GROUND, Contact
+from lienumba.mechanics.mechanism.model import Contact
 from lienumba.scene.contacts import outlines
+from tests.facade import GROUND
 
 POINTS = ((0.1, 0.2, 0.3), (1.0, 2.0, 3.0))
 

@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 
 import lienumba
-from lienumba.errors import ScenarioError
 from lienumba.scene import mode_scene
 from lienumba.store import files
+from tests.facade import ScenarioError
 
 LENGTH = 0.5
 SHORT = {"integrator": {"step": 1e-3, "end_time": 0.5}}

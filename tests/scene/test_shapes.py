@@ -16,9 +16,9 @@ from lienumba.integrators.tracing.template import split
 from lienumba.present.html import motion
 from lienumba.scenario.meshes import surfaces
 from lienumba.scenario.reading.loading import load
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.build import build
 from lienumba.scene import box, scene, write_stl
+from tests.facade import resolve
 
 SPHERE = {"type": "sphere", "radius": 0.1}
 BOX = {"type": "box", "size": [0.1, "2*w", 0.3], "position": [0, -0.5, 0], "colour": "#8090A0"}

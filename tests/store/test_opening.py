@@ -9,8 +9,8 @@ from pathlib import Path
 import netCDF4
 import pytest
 
-from lienumba.errors import ScenarioError
 from lienumba.store import opening
+from tests.facade import ScenarioError
 
 LIMIT = "import sys\nfrom lienumba.store import opening\nopening.PATIENCE = 0.3\n"
 CALLS = {  # what opens a file of somebody else

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from lienumba.errors import ScenarioError
 from lienumba.store import deflate
 from lienumba.store.finished import Finished, RecordColumns
 from lienumba.store.outputs import Output, write
 from lienumba.store.stream import SourceSlice, Stream, slices
+from tests.facade import ScenarioError
 from tests.store.store_example import INPUTS, example
 
 SHAPE: dict[str, Any] = {"bodies": ("top", "Kreisel µ"), "joints": ("pivot",), "efforts": ("motor",)}

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from lienumba.errors import ScenarioError
 from lienumba.store.targets import check_target, claimed_dataset
+from tests.facade import ScenarioError
 
 
 def claim(path: object, overwrite: bool) -> None:

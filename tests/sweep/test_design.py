@@ -6,9 +6,9 @@ import sys
 import numpy as np
 import pytest
 
-from lienumba.errors import ScenarioError
 from lienumba.sweep.design import design_table
 from lienumba.sweep.distributions.scalar import Normal, Uniform
+from tests.facade import ScenarioError
 
 MASS, SPIN = "bodies.top.mass", "bodies.top.angular_velocity[1]"
 VARY = {

@@ -14,10 +14,10 @@ import lienumba
 from lienumba import ScenarioError, analysis
 from lienumba.analysis.comparison import compare
 from lienumba.analysis.requirements.separation import holm
-from lienumba.cli import app
 from lienumba.figures import figure
 from lienumba.figures.outputs import running
 from lienumba.sweep.confidence import half_width
+from tests.facade import app
 
 BODY = {"name": "b", "mass": 1.0, "inertia": [1.0, 1.0, 1.0], "position": [0, 0, 0]}
 WANTED = [

@@ -8,8 +8,8 @@ from scipy.optimize import curve_fit
 import lienumba
 from lienumba.analysis import orders, work_precision
 from lienumba.analysis.studies.orders import fit
-from lienumba.integrators.methods import METHODS as REGISTERED
 from lienumba.store.study_layout import Coordinate
+from tests.facade import METHODS as REGISTERED
 from tests.rigs.made_studies import METHODS, STEPS, study
 from tests.rigs.studies import top
 

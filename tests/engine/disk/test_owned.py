@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.errors import ScenarioError
 from lienumba.store import shards
 from lienumba.store.deflate import checksum
 from lienumba.store.outputs import LostError, TakenError
+from tests.facade import ScenarioError
 from tests.rigs.disturbed import assert_same_data, sweep
 
 

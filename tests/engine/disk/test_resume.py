@@ -11,8 +11,8 @@ import pytest
 
 import lienumba
 from lienumba.engine.disk.sweep_files import check_room
-from lienumba.errors import ScenarioError
 from lienumba.store import shards
+from tests.facade import ScenarioError
 from tests.rigs.disturbed import FULL, SUMMARY, assert_same_data, sweep
 
 KINDS = pytest.mark.parametrize("output", [FULL, SUMMARY], ids=["full", "summary"])

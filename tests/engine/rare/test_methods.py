@@ -9,7 +9,7 @@ from scipy import integrate, stats
 from lienumba.engine.rare.design_points import design_points
 from lienumba.engine.rare.estimate import Estimate
 from lienumba.engine.rare.methods import METHODS
-from lienumba.errors import ScenarioError
+from tests.facade import ScenarioError
 
 RARE = 1e-6
 FAR = float(stats.norm.isf(RARE))

@@ -11,11 +11,10 @@ from scipy import stats
 from typer.testing import CliRunner
 
 import lienumba
-from lienumba.cli import app
 from lienumba.engine.select_run import worst as worst_run
-from lienumba.errors import ScenarioError
 from lienumba.scenario.base import toml
 from lienumba.store.layout import MARGIN
+from tests.facade import ScenarioError, app
 
 MEAN = np.array([1.0, 2.0, 0.5])
 STD = np.array([0.1, 0.2, 0.3])

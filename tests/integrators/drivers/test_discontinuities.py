@@ -16,9 +16,9 @@ from scipy.interpolate import CubicSpline
 
 import lienumba
 from lienumba.batch.integrate import _discontinuities
-from lienumba.integrators.methods import METHODS
 from lienumba.integrators.tracing import step_kernels
 from lienumba.mechanics.system.discontinuities import Discontinuity
+from tests.facade import METHODS
 from tests.rigs.scenarios import chain
 
 M, L, J, G = 1.5, 0.4, 0.02, 9.81

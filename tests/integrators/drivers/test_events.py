@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 import lienumba
 from lienumba.analysis.summary import summarise
 from lienumba.batch import statuses
-from lienumba.scenario.resolve import resolve
+from tests.facade import resolve
 from tests.integrators.drivers.test_variable_step import equal
 
 G, L = 9.81, 1.0

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lienumba.integrators.methods import METHODS
 from lienumba.integrators.tracing import program, step_kernels
 from lienumba.integrators.tracing.machine import compile_program
+from tests.facade import METHODS
 from tests.rigs.scenarios import LOOP, TOP, chain, scenario, simulate, start_of, state_at
 
 

@@ -10,9 +10,9 @@ import pytest
 
 import lienumba
 from lienumba.batch import statuses
-from lienumba.integrators.methods import METHODS
 from lienumba.integrators.tracing import step_kernels
 from lienumba.scenario.system import System
+from tests.facade import METHODS
 from tests.integrators.drivers.test_discontinuities import END, TIMES, exact, off, rod
 from tests.rigs.places import SCENARIOS
 from tests.rigs.scenarios import TOP, chain

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lienumba.integrators.methods import METHODS, munthe_kaas
+from lienumba.integrators.methods import munthe_kaas
 from lienumba.integrators.methods.charts import R3xSO3
-from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.system import constraints, dynamics, kkt
+from tests.facade import METHODS, Instant
 from tests.integrators.methods.test_convergence import END, reference
 from tests.integrators.tracing.test_work import CRANK, double_pendulum
 from tests.rigs.in_charts import NONE, numbers, run_in

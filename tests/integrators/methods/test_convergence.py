@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from lienumba.integrators.methods import METHODS
+from tests.facade import METHODS
 from tests.oracles.reference import naive
 from tests.rigs.scenarios import LOOP, PENDULUM, TOP, exact_top, scenario, simulate, state_at, twin_of
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.errors import ScenarioError
 from lienumba.scenario.reading.loading import load
+from tests.facade import ScenarioError
 from tests.integrators.methods.test_radau import END, bars
 from tests.rigs.places import SCENARIOS
 from tests.rigs.scenarios import TOP, exact_top, scenario

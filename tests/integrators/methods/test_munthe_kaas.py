@@ -3,8 +3,9 @@
 import pytest
 
 from lienumba.groups import state
-from lienumba.integrators.methods import METHODS, munthe_kaas
+from lienumba.integrators.methods import munthe_kaas
 from lienumba.integrators.methods.charts import R3xSO3
+from tests.facade import METHODS
 
 EXPLICIT = [name for name, tableau in METHODS.items() if not (tableau.implicit or tableau.series)]
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.errors import ScenarioError
 from lienumba.scenario.reading.loading import load
+from tests.facade import ScenarioError
 from tests.rigs.places import SCENARIOS
 from tests.rigs.scenarios import TOP, exact_top, scenario
 

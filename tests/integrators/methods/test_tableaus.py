@@ -6,8 +6,8 @@ from functools import cache
 
 import pytest
 
-from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.tableau import Tableau
+from tests.facade import METHODS
 
 TABLEAUS = {name: method for name, method in METHODS.items() if not (method.series or method.carries)}
 Tree = tuple["Tree", ...]  # a root's branches, sorted

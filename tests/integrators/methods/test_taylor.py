@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.errors import ScenarioError
 from lienumba.integrators.methods.taylor import order_for
-from lienumba.scenario.resolve import resolve
+from tests.facade import ScenarioError, resolve
 from tests.integrators.drivers.test_discontinuities import END, exact, off, rod
 from tests.laws.rigs import own, pendulum
 from tests.rigs.places import SCENARIOS

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.integrators.methods import METHODS
+from tests.facade import METHODS
 from tests.rigs.scenarios import TOP, exact_top, scenario, state_at
 
 END = 0.1

@@ -20,7 +20,7 @@ from lienumba.integrators.tracing import compiled as memo
 from lienumba.integrators.tracing import machine, program, step_kernels
 from lienumba.integrators.tracing.compiled import PROGRAMS
 from lienumba.keys.registry import Registry
-from lienumba.mechanics.mechanism.model import Body, Model
+from tests.facade import Body, Model
 from tests.rigs.scenarios import start_of
 
 Data = dict[str, Any]

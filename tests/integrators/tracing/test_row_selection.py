@@ -18,11 +18,10 @@ from lienumba.integrators.tracing.compiled import compiled
 from lienumba.integrators.tracing.program import Method
 from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection, initial_selection
 from lienumba.integrators.tracing.template import split
-from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.start import assembly
 from lienumba.mechanics.system import constraints, dynamics, kkt
 from lienumba.mechanics.system.rank import nominal, rank_of
+from tests.facade import Instant, Model
 from tests.rigs import linkages
 from tests.rigs.scenarios import BENNETT, scenario, simulate, start_of, state_at
 

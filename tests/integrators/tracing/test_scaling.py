@@ -15,10 +15,11 @@ from lienumba.integrators.tracing.program import Method, build
 from lienumba.integrators.tracing.row_selection import UNIQUE, initial_selection
 from lienumba.integrators.tracing.template import split
 from lienumba.integrators.tracing.tracer import Tracer
-from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, JointStart, Model, Pose, Start
+from lienumba.mechanics.mechanism.model import JointStart, Pose, Start
 from lienumba.mechanics.start import assembly
 from lienumba.mechanics.system import dynamics
 from lienumba.mechanics.system.rank import nominal, rank_of
+from tests.facade import GROUND, Body, Joint, Model
 from tests.rigs import mechanisms
 from tests.rigs.linkages import bennett, door, planar_four_bar, triple, unit_body
 

@@ -19,8 +19,8 @@ from lienumba.integrators.tracing import program, step_kernels, stored
 from lienumba.integrators.tracing.compiled import PROGRAMS
 from lienumba.keys.registry import Registry
 from lienumba.mechanics.elements import joints
-from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, OutputVariable
+from tests.facade import JOINTS
 
 SCENARIOS = Path(lienumba.__file__).resolve().parents[1] / "scenarios"
 FIND, KEEP = stored.find, stored.keep  # which the other tests are without

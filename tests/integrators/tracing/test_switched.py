@@ -14,12 +14,13 @@ from lienumba.integrators.tracing.method import Method
 from lienumba.integrators.tracing.row_selection import UNIQUE
 from lienumba.integrators.tracing.template import split
 from lienumba.integrators.tracing.tracer import Tracer
-from lienumba.mechanics.mechanism.kinematics import OFF, Instant
-from lienumba.mechanics.mechanism.model import GROUND, Body, Contact, Coordinate, Force, Joint, Limit, Lock, Model
+from lienumba.mechanics.mechanism.kinematics import OFF
+from lienumba.mechanics.mechanism.model import Contact, Coordinate, Force, Limit, Lock
 from lienumba.mechanics.system import constraints, dynamics, kkt
 from lienumba.mechanics.system.switched import turning
 from lienumba.mechanics.system.switches import FRICTION, JOINT, LOCK
 from tests.compiler.evaluation import machine_code
+from tests.facade import GROUND, Body, Instant, Joint, Model
 from tests.rigs import switching
 from tests.rigs.modes import SLIDE, STICK, integrate
 from tests.rigs.random_trees import close

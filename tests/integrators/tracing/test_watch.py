@@ -10,8 +10,8 @@ from lienumba.compiler.rows import W
 from lienumba.engine import programs
 from lienumba.integrators import layout
 from lienumba.integrators.tracing.machine import Machine, aligned, prepare
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import prepare as prepared_of
+from tests.facade import resolve
 from tests.oracles.changing import scenarios
 
 

@@ -7,10 +7,9 @@ import pytest
 from scipy.integrate import simpson
 
 import lienumba
-from lienumba.integrators.methods import METHODS
 from lienumba.integrators.tracing import program, step_kernels
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import prepare
+from tests.facade import METHODS, resolve
 from tests.rigs.scenarios import LINK, scenario, simulate
 
 END = 0.4

@@ -3,9 +3,9 @@
 import numpy as np
 
 from lienumba.groups import so3
-from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import GROUND, Coordinate, Force, Joint, Model
+from lienumba.mechanics.mechanism.model import Coordinate, Force
 from lienumba.numerics.operations import sin
+from tests.facade import GROUND, Instant, Joint, Model
 from tests.rigs.mechanisms import body, state
 
 P = ((0.3, -0.2, 0.5), (-0.4, 0.1, 0.2))

@@ -8,17 +8,16 @@ import pytest
 from pydantic import Field
 
 import lienumba
-from lienumba.errors import ScenarioError
 from lienumba.groups import so3
 from lienumba.keys.facts import Unit
 from lienumba.keys.types import Timed3
 from lienumba.mechanics.elements.drivers import DRIVERS, VELOCITY, BodyDriver, driver_form, type_of
-from lienumba.mechanics.mechanism.kinematics import Instant, View
-from lienumba.mechanics.mechanism.model import Driver, Model
+from lienumba.mechanics.mechanism.kinematics import View
+from lienumba.mechanics.mechanism.model import Driver
 from lienumba.mechanics.system import dynamics, kkt
 from lienumba.numerics.number import Vector
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.schema.json_schema import json_schema
+from tests.facade import Instant, Model, ScenarioError, resolve
 from tests.rigs.scenarios import start_of
 
 

@@ -9,19 +9,18 @@ import pytest
 from pydantic import Field, ValidationError
 
 import lienumba
-from lienumba.errors import ScenarioError
 from lienumba.keys.types import Number
-from lienumba.mechanics.elements.joints import JOINTS, JointType, Own, coordinate
+from lienumba.mechanics.elements.joints import JointType, Own, coordinate
 from lienumba.mechanics.elements.joints.keys import Angle, Displacement, OneAxis, Placed
 from lienumba.mechanics.elements.joints.parts import across, along, parallel
-from lienumba.mechanics.mechanism.kinematics import Instant, View
-from lienumba.mechanics.mechanism.model import Coordinate, Model
+from lienumba.mechanics.mechanism.kinematics import View
+from lienumba.mechanics.mechanism.model import Coordinate
 from lienumba.mechanics.system import constraints
 from lienumba.numerics.number import Vector
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.schema.messages import problems
 from lienumba.scenario.schema.scenario import ScenarioData
 from lienumba.scenario.start.prepare import check_initial
+from tests.facade import JOINTS, Instant, Model, ScenarioError, resolve
 from tests.mechanics.system.test_random_mechanisms import after, close, matrix, slope, velocities
 
 END, STEP = 0.3, 0.01

@@ -11,13 +11,13 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
-from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import GROUND, Force, Joint
+from lienumba.mechanics.mechanism.model import Force
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.system import applied_forces
 from lienumba.numerics.jets import Jet
 from lienumba.numerics.operations import cos
 from tests.compiler.evaluation import call
+from tests.facade import GROUND, Instant, Joint
 from tests.mechanics.elements.force_cases import (
     ANGLE,
     CENTRES,

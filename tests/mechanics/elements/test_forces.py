@@ -11,10 +11,10 @@ from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
 from lienumba.mechanics.elements import joints
-from lienumba.mechanics.mechanism.kinematics import Instant, still
-from lienumba.mechanics.mechanism.model import GROUND
+from lienumba.mechanics.mechanism.kinematics import still
 from lienumba.mechanics.system import applied_forces, dynamics
 from tests.compiler.evaluation import machine_code
+from tests.facade import GROUND, Instant
 from tests.mechanics.elements.force_cases import FORCES, INTERNAL, SEEDS, START, instant, model, moved, velocities
 from tests.rigs.mechanisms import state
 

@@ -8,10 +8,10 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 from scipy.signal import welch
 
 import lienumba
-from lienumba.errors import ScenarioError
 from lienumba.mechanics.elements.noise import RandomNoise
 from lienumba.mechanics.elements.quantities import NOISES
 from lienumba.sweep.noise import Courses
+from tests.facade import ScenarioError
 from tests.rigs.inputs import INERTIA, at_hinge
 
 EVERY = 0.1

@@ -10,10 +10,10 @@ from lienumba.groups import so3
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.quantities import OBSERVED, POSITION, VELOCITY, Observed
 from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import GROUND, Coordinate, Driver, Joint, Law, Model, Quantity
+from lienumba.mechanics.mechanism.model import Coordinate, Driver, Law, Quantity
 from lienumba.numerics.expressions import Formula
 from lienumba.numerics.jets import lift
+from tests.facade import GROUND, Instant, Joint, Model
 from tests.mechanics.elements.force_cases import P, frame, moved
 from tests.rigs.mechanisms import body, state
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.mechanics.system import constraints
+from tests.facade import GROUND, Instant
 from tests.rigs.random_mechanisms import TOPOLOGIES, mechanism
 
 

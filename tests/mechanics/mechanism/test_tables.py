@@ -7,12 +7,13 @@ from scipy.interpolate import CubicSpline
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
-from lienumba.mechanics.mechanism.model import Law, Model
+from lienumba.mechanics.mechanism.model import Law
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.mechanism.tables import INTERPOLATIONS, Table
 from lienumba.numerics.jets import Jet, lift
 from tests.compiler.evaluation import assert_same_bits, machine_code
 from tests.compiler.interpreter import interpret
+from tests.facade import Model
 
 SIZES = [2, 3, 4, 5, 8, 9, 33, 5000]
 

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from lienumba.groups import so3
-from lienumba.mechanics.mechanism.model import GROUND, Coordinate, Driver, Joint, JointStart, Model, Pose, Start
+from lienumba.mechanics.mechanism.model import Coordinate, Driver, JointStart, Pose, Start
 from lienumba.mechanics.start import assembly, gauss_newton
 from lienumba.mechanics.system import rank
 from tests.compiler.evaluation import assert_same_bits
+from tests.facade import GROUND, Joint, Model
 from tests.mechanics.start.test_assembly import picked
 from tests.mechanics.start.test_starts import HALF, TURN, ZERO, X, Y, Z, arm, assembled, rotation_z
 from tests.rigs.joint_starts import joint_start, with_known

@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lienumba.errors import ScenarioError
 from lienumba.groups import so3
-from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, JointStart, Model, Pose, Start
+from lienumba.mechanics.mechanism.model import JointStart, Pose, Start
 from lienumba.mechanics.start import assembly, gauss_newton
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start import prepare
 from tests.compiler.evaluation import assert_same_bits
+from tests.facade import GROUND, Body, Joint, Model, ScenarioError, resolve
 from tests.oracles.reference import naive
 from tests.rigs.mechanisms import GRAVITY, D, S, body
 

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.system import constraints
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import check_initial
+from tests.facade import Instant, resolve
 
 BODY = {"mass": 2.0, "inertia": [0.3, 0.5, 0.4, 0.02, -0.03, 0.01]}
 

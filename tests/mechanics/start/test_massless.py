@@ -6,16 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lienumba.errors import ScenarioError
 from lienumba.mechanics.mechanism.massless import with_lent_masses
-from lienumba.mechanics.mechanism.model import Body, Joint
 from lienumba.mechanics.system import constraints, dynamics, kkt, rank
 from lienumba.mechanics.tree.spanning import idle, ties_of
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start import prepare
 from lienumba.scenario.start.build import build, unphysical
 from lienumba.scene.mechanism import mechanism
 from lienumba.scene.solids import NOTHING
+from tests.facade import Body, Joint, ScenarioError, resolve
 from tests.rigs import parts
 
 HEAVY: Any = [1.5, [0.02, 0.05, 0.03]]  # mass, inertia

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from lienumba.groups import so3
-from lienumba.mechanics.mechanism.model import GROUND, Coordinate, Driver, Force, Joint, JointStart, Model, Pose, Start
+from lienumba.mechanics.mechanism.model import Coordinate, Driver, Force, JointStart, Pose, Start
 from lienumba.mechanics.start import assembly, joint_frames
 from lienumba.mechanics.system import constraints
 from tests.compiler.evaluation import assert_same_bits
+from tests.facade import GROUND, Joint, Model
 from tests.mechanics.start.test_assembly import picked
 from tests.rigs.joint_starts import joint_start, with_known
 from tests.rigs.linkages import GRAVITY, bennett, closed_chain, triple, unit_body

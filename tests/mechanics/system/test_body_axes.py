@@ -12,15 +12,13 @@ from lienumba.integrators.tracing.program import build
 from lienumba.integrators.tracing.row_selection import initial_selection
 from lienumba.integrators.tracing.template import split, symbolic
 from lienumba.integrators.tracing.tracer import Tracer
-from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, Model
 from lienumba.mechanics.start import assembly
 from lienumba.mechanics.system import axes_choice, constraints, dynamics, kkt, projection
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
 from lienumba.mechanics.system.rank import nominal, rank_of
 from lienumba.mechanics.system.rotors import rotors_of
+from tests.facade import GROUND, JOINTS, Body, Instant, Joint, Model
 from tests.mechanics.elements.test_every_joint import every, started
 from tests.mechanics.system.test_random_mechanisms import matrix
 from tests.rigs.linkages import bennett, door, planar_four_bar

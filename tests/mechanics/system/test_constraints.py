@@ -10,9 +10,8 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
-from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import GROUND, Joint, Model
 from lienumba.mechanics.system import constraints, dynamics, kkt
+from tests.facade import GROUND, Instant, Joint, Model
 from tests.groups import oracles
 from tests.oracles.reference import naive
 from tests.rigs.mechanisms import TOPOLOGIES, D, S, arrays, dense, model, rows, state

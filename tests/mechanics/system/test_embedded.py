@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from lienumba.groups import so3
-from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.system import constraints, embedded, kkt, projection
+from tests.facade import Instant
 from tests.oracles.reference.nearest import nearest
 from tests.rigs.mechanisms import TOPOLOGIES, arrays, model, state
 from tests.rigs.random_mechanisms import TOPOLOGIES as RANDOM

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from lienumba.groups import so3
-from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import Body, Model
 from lienumba.mechanics.system import constraints, dynamics, kkt
 from lienumba.mechanics.system.projection import MASS, velocity_correction
 from lienumba.numerics.jets import Jet, lift
+from tests.facade import Body, Instant, Model
 from tests.oracles.reference import naive
 from tests.rigs.mechanisms import GRAVITY, TOPOLOGIES, arrays, model, rows, state
 from tests.rigs.scenarios import start_of

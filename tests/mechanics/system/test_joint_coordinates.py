@@ -7,10 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from lienumba.mechanics.elements import joints
-from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.mechanism.kinematics import still
 from lienumba.mechanics.mechanism.model import Coordinate
 from lienumba.mechanics.tree import motion
+from tests.facade import JOINTS
 from tests.mechanics.tree.test_moves import pair
 from tests.rigs.random_trees import MOVING, close
 

@@ -10,11 +10,9 @@ from lienumba.compiler.emit import Kernel
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
-from lienumba.mechanics.elements.joints import JOINTS
-from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import GROUND, Body, Joint, Model
 from lienumba.mechanics.system import constraints, dynamics, elimination_order, kkt, rotors
 from tests.compiler.evaluation import call
+from tests.facade import GROUND, JOINTS, Body, Instant, Joint, Model
 from tests.oracles.reference import naive
 from tests.rigs import random_mechanisms
 from tests.rigs.mechanisms import (

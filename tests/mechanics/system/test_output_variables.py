@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from lienumba.mechanics.elements import quantities
-from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.system import constraints, dynamics, kkt
 from lienumba.mechanics.system.output_variables import (
     OUTPUT_VARIABLES,
@@ -14,6 +13,7 @@ from lienumba.mechanics.system.output_variables import (
     kept_largest,
 )
 from lienumba.store.layout import COORDINATES, RUN, SERIES, VARIABLES
+from tests.facade import Instant
 from tests.rigs.scenarios import start_of
 from tests.rigs.units import OTHER, SEVERAL, SI, Units, moving
 

@@ -8,11 +8,11 @@ import pytest
 from lienumba.groups import so3
 from lienumba.mechanics.elements import joints
 from lienumba.mechanics.elements.drivers import DRIVERS
-from lienumba.mechanics.elements.joints import JOINTS
-from lienumba.mechanics.mechanism.kinematics import Instant, still
+from lienumba.mechanics.mechanism.kinematics import still
 from lienumba.mechanics.mechanism.model import at_time
 from lienumba.mechanics.system import constraints, dynamics, kkt
 from lienumba.numerics.expressions import Formula
+from tests.facade import JOINTS, Instant
 from tests.rigs.mechanisms import dense
 from tests.rigs.random_mechanisms import RATES, TOPOLOGIES, WAVES, mechanism
 

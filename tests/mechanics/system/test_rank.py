@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from lienumba.groups import so3
-from lienumba.mechanics.mechanism.model import GROUND, Coordinate, Driver, Joint, JointStart, Model, Pose, Start
+from lienumba.mechanics.mechanism.model import Coordinate, Driver, JointStart, Pose, Start
 from lienumba.mechanics.start import assembly
 from lienumba.mechanics.system.rank import contradiction, nominal, rank_of, ranks
+from tests.facade import GROUND, Joint, Model
 from tests.rigs.linkages import GRAVITY, bennett, closed_chain, door, planar_four_bar, unit_body
 
 Z = (0.0, 0.0, 1.0)

@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 
 import lienumba
 from lienumba.batch.statuses import SINGULAR
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import check_initial
+from tests.facade import resolve
 from tests.rigs import parts
 
 SLENDER = [1e-4, 1 / 12, 1 / 12]

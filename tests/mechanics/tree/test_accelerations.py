@@ -6,12 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lienumba.mechanics.elements.joints import JOINTS
-from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import constraints, kkt
 from lienumba.mechanics.tree import equations, reactions
 from lienumba.mechanics.tree.links import tree_of
 from lienumba.mechanics.tree.posture import Posture
+from tests.facade import JOINTS, Model
 from tests.rigs.mechanisms import dense
 from tests.rigs.random_trees import MOVING, close, exact, joint, posture, state, tree, without_mass
 

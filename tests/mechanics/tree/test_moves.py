@@ -5,15 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lienumba.mechanics.elements.joints import JOINTS, coordinate_kinds
+from lienumba.mechanics.elements.joints import coordinate_kinds
 from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.kinematics import Instant, still
-from lienumba.mechanics.mechanism.model import GROUND, Coordinate, Model
+from lienumba.mechanics.mechanism.kinematics import still
+from lienumba.mechanics.mechanism.model import Coordinate
 from lienumba.mechanics.system import constraints
 from lienumba.mechanics.tree import equations, motion
 from lienumba.mechanics.tree.links import PINS, tree_of, with_ways
 from lienumba.mechanics.tree.posture import Posture
 from lienumba.numerics.jets import lift
+from tests.facade import GROUND, JOINTS, Instant, Model
 from tests.rigs import random_mechanisms as any_mechanism
 from tests.rigs.mechanisms import body, dense, vector
 from tests.rigs.random_trees import MOVING, close, exact, joint, posture, state, tree

@@ -10,8 +10,8 @@ import numpy as np
 
 from lienumba.mechanics.elements.drivers import DRIVERS
 from lienumba.mechanics.elements.forces import FORCES
-from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.quantities import QUANTITIES
+from tests.facade import JOINTS
 from tests.oracles.mechanisms import joints as held
 from tests.oracles.mechanisms.engine import Mechanism
 from tests.oracles.mechanisms.forces import ALONG_JOINTS, ON_BODIES

@@ -9,7 +9,7 @@ Each block: C (rows, 6 per body) and xi (rows,), with C vdot = xi.
 
 import numpy as np
 
-from lienumba.mechanics.mechanism.model import Model
+from tests.facade import Model
 from tests.oracles.paper.satellite import F_PJ, L_RJ, L_SJ, Arrays
 from tests.oracles.reference.naive import hat
 

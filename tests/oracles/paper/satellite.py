@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Force, Frame, Joint, Model
+from lienumba.mechanics.mechanism.model import Driver, Force, Frame
+from tests.facade import GROUND, Body, Instant, Joint, Model
 from tests.oracles.reference import naive
 
 BODIES = (

@@ -9,9 +9,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from lienumba.mechanics.mechanism.model import GROUND, Driver, Joint, Model
+from lienumba.mechanics.mechanism.model import Driver
 from lienumba.mechanics.system import constraints, dynamics, kkt
 from lienumba.numerics.expressions import Formula
+from tests.facade import GROUND, Joint, Model
 from tests.oracles.paper import formulas
 from tests.oracles.paper.satellite import SPIN, anywhere, instant, moving, on_the_joints, satellite, skew_satellite
 from tests.oracles.reference.naive import exp, hat

@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.scenario.resolve import Scenario, resolve
+from lienumba.scenario.resolve import Scenario
+from tests.facade import resolve
 from tests.oracles.paper.satellite import F_PJ, L_RJ, L_SJ
 from tests.rigs.places import SCENARIOS
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.system import dynamics, kkt
+from tests.facade import Instant
 from tests.rigs.places import scripts_on_path
 
 NAMES = ("ur5", "iiwa", "solo12", "talos")

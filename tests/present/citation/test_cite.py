@@ -9,15 +9,13 @@ import pytest
 from typer.testing import CliRunner
 
 import lienumba
-from lienumba.cli import app
-from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.charts import GROUPS
 from lienumba.present.citation.cite import cite_dataset, cite_scenario
 from lienumba.present.citation.paragraph import CITED
 from lienumba.present.citation.references import LITERATURE, bibtex, references, software
-from lienumba.scenario.resolve import resolve
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.words import number
+from tests.facade import METHODS, app, resolve
 from tests.present.citation.bib import read
 from tests.rigs.places import ROOT, SCENARIOS
 

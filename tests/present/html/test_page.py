@@ -9,9 +9,9 @@ from typer.testing import CliRunner
 import lienumba
 from lienumba import ScenarioError
 from lienumba.batch.statuses import NON_FINITE
-from lienumba.cli import app
 from lienumba.present.html.plotly_js import library
 from lienumba.store.outputs import write
+from tests.facade import app
 from tests.rigs.made_studies import study
 from tests.rigs.pages import TITLE, Read, array, digest, page_of, pendulum, swept, unpacked
 

@@ -8,9 +8,9 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner
 
-from lienumba.cli import app
 from lienumba.present.terminal.study import print_study
 from lienumba.scenario.base import toml
+from tests.facade import app
 from tests.rigs.made_studies import METHOD, study
 from tests.rigs.places import ROOT
 from tests.rigs.studies import BALL, ball

@@ -2,8 +2,8 @@
 
 import pytest
 
-from lienumba.errors import ScenarioError
 from lienumba.scenario.base.arguments import check_count, check_labels, labels_of, parse_assignments, parse_labels
+from tests.facade import ScenarioError
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 import lienumba
-from lienumba.cli import app
-from lienumba.errors import ScenarioError
-from lienumba.scenario.resolve import resolve
+from tests.facade import ScenarioError, app, resolve
 
 LAW = 'from pathlib import Path\nPath("ran").write_text("x")\ndef push(ball):\n    return ball.force([0, 0, 1])\n'
 BALL = """\

@@ -4,7 +4,7 @@ import pytest
 
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import PathError, with_values
-from lienumba.scenario.resolve import resolve
+from tests.facade import resolve
 from tests.rigs.scenario_example import example
 
 MODEL = {

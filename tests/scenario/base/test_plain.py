@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.errors import ScenarioError
 from lienumba.scenario.base.plain import DEEPEST, LONGEST_KEY, WHOLE, plain
-from lienumba.scenario.resolve import resolve
+from tests.facade import ScenarioError, resolve
 from tests.rigs.scenario_example import EXAMPLE
 
 

@@ -13,7 +13,7 @@ import pytest
 import lienumba
 from lienumba import laws
 from lienumba.laws import Vector, clip
-from lienumba.scenario.resolve import resolve
+from tests.facade import resolve
 from tests.laws import functions
 from tests.laws.rigs import pendulum, run
 

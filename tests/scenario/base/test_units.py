@@ -7,7 +7,7 @@ import pytest
 from lienumba.mechanics.elements.joints.couplings import Coupler
 from lienumba.scenario.base.paths import numeric_paths
 from lienumba.scenario.base.units import units
-from lienumba.scenario.resolve import resolve
+from tests.facade import resolve
 from tests.rigs.scenario_example import example
 
 ENDS = {"bodies": ["ground", "top"], "points": [[0, 0, 0], [0, -1, 0]]}

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
-from lienumba.cli import app
 from lienumba.engine.progress import STAGES
+from tests.facade import app
 
 RIG = """\
 [model]

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 import lienumba
-from lienumba.errors import ScenarioError
+from tests.facade import ScenarioError
 from tests.rigs.inputs import at_hinge
 
 POINT = {"name": "p", "type": "point", "body": "wheel", "derivative": 1}

@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 
 from lienumba import ScenarioError, System
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import check_initial
+from tests.facade import resolve
 from tests.rigs.inputs import at_hinge, wheel
 
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {

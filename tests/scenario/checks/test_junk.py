@@ -6,10 +6,9 @@ from typing import Any
 
 import pytest
 
-from lienumba.errors import ScenarioError
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.build import build
 from lienumba.scenario.start.prepare import check_initial
+from tests.facade import ScenarioError, resolve
 from tests.rigs.every_law import EVERY_LAW, alone
 from tests.rigs.scenario_example import EXAMPLE
 

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 import lienumba
-from lienumba.errors import ScenarioError
-from lienumba.scenario.resolve import resolve
+from tests.facade import ScenarioError, resolve
 from tests.scenario.checks.refusal import VARY, accepted, check_refused, driver, force, joint, rig
 
 PIVOTED = 'joint = "pivot"'

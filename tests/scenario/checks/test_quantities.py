@@ -79,8 +79,7 @@ def test_a_body_counts_once_in_a_momentum(tmp_path: Path) -> None:
 
 
 def test_an_expression_of_the_time_has_numbers_from_the_start() -> None:
-    from lienumba.errors import ScenarioError
-    from lienumba.scenario.resolve import resolve
+    from tests.facade import ScenarioError, resolve
     from tests.rigs.scenario_example import EXAMPLE
 
     told = {"name": "d", "type": "expression", "value": "t/t"}

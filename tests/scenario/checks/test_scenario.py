@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from lienumba.cli import app
+from tests.facade import app
 from tests.scenario.checks.refusal import check_refused, refused
 
 BASE = """\

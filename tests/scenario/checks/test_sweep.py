@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from lienumba import ScenarioError
-from lienumba.scenario.resolve import resolve
+from tests.facade import resolve
 from tests.scenario.checks.refusal import check_refused, refused
 from tests.scenario.checks.test_scenario import BASE
 

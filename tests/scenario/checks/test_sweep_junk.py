@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from lienumba import ScenarioError
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.design import draw
+from tests.facade import resolve
 from tests.rigs.scenario_example import EXAMPLE
 from tests.scenario.checks.test_junk import changed, check_sentences, junk_for, places
 

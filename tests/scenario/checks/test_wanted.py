@@ -7,8 +7,8 @@ import pytest
 
 import lienumba
 from lienumba.scenario.base.toml import dumps
-from lienumba.scenario.resolve import resolve
 from lienumba.store.layout import COORDINATES, VARIABLES
+from tests.facade import resolve
 from tests.rigs.everything import EVERYTHING
 from tests.scenario.checks.refusal import force, refused_by_both, rig
 

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 import lienumba
 from lienumba.integrators.tracing import step_kernels
-from lienumba.scenario.resolve import resolve
+from tests.facade import resolve
 from tests.rigs.observed import TIP, Seen, rig, run
 from tests.rigs.pendulum import L, angles, exact, pendulum
 

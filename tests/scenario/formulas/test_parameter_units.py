@@ -3,7 +3,7 @@
 import pytest
 
 import lienumba
-from lienumba.scenario.resolve import resolve
+from tests.facade import resolve
 from tests.rigs.scenario_example import example
 
 SPRING = {"type": "spring_damper", "bodies": ["ground", "top"], "points": [[0, 0, 0], [0, -1, 0]]}

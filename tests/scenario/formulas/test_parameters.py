@@ -9,8 +9,8 @@ import pytest
 
 import lienumba
 from lienumba.engine.programs import program_of
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import prepare
+from tests.facade import resolve
 from tests.rigs.places import ROOT
 
 SERVO: dict[str, Any] = {

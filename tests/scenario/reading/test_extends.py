@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import lienumba
-from lienumba.scenario.resolve import resolve
+from tests.facade import resolve
 from tests.rigs.places import SCENARIOS
 
 MORE = """

@@ -9,7 +9,7 @@ import pytest
 
 import lienumba
 from lienumba import ScenarioError, System
-from lienumba.scenario.resolve import resolve
+from tests.facade import resolve
 from tests.rigs.inputs import at_hinge
 
 CSV = "t,a,b\n0,0,1\n1,2,1\n2,0,3\n"

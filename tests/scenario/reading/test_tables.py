@@ -10,7 +10,7 @@ import xarray as xr
 
 import lienumba
 from lienumba.scenario.base.toml import dumps
-from lienumba.scenario.resolve import resolve
+from tests.facade import resolve
 
 TIMES, VALUES = [0.0, 0.1, 0.25, 0.4, 1.0], [0.0, 3.0, -1.5, 2e-1, 4.0]
 ROD: dict[str, Any] = {

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from lienumba.errors import BadValueError, ScenarioError
+from lienumba.errors import BadValueError
 from lienumba.scenario.reading import toml_text
 from lienumba.scenario.reading.toml_text import parse_value, read_toml
+from tests.facade import ScenarioError
 
 
 @pytest.mark.parametrize(

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from lienumba.errors import MISSING, UNKNOWN, Problem, ScenarioError
+from lienumba.errors import MISSING, UNKNOWN, Problem
 from lienumba.scenario.base.paths import BESIDE, JUDGING, LISTS, written
-from lienumba.scenario.resolve import resolve
 from lienumba.words import show
+from tests.facade import ScenarioError, resolve
 from tests.scenario.schema.every_table import FILES, FORM_KEYS, SCHEMA, EveryTable, Keys, Table, branches
 
 # Keys that are read, or looked at by checks of their own, before the schema is: by the form of their table.

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from lienumba.errors import ScenarioError
-from lienumba.mechanics.mechanism.model import GROUND
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.build import build, unphysical
+from tests.facade import GROUND, ScenarioError, resolve
 from tests.rigs.every_law import alone
 from tests.rigs.scenario_example import example
 

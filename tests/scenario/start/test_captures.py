@@ -4,9 +4,8 @@ from typing import Any
 
 import pytest
 
-from lienumba.errors import ScenarioError
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import check_initial
+from tests.facade import ScenarioError, resolve
 
 PIN = {"name": "pin", "type": "spherical", "active": False}
 SHUT = {"name": "shut", "when": "t > 0.1", "action": "engage", "joint": "pin"}

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner
 
-from lienumba.cli import app
+from tests.facade import app
 from tests.scenario.checks.refusal import force, refused, refused_by_both, rig
 from tests.scenario.start.code_cases import (
     ARGUMENTS,

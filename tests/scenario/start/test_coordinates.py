@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 
 import lienumba
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import check_initial
+from tests.facade import resolve
 from tests.rigs import all_joints
 from tests.rigs.joint_values import values
 

@@ -15,13 +15,12 @@ from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
 import lienumba
-from lienumba.cli import app
 from lienumba.scenario.reading.loading import load
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.build import build
 from lienumba.scenario.start.design import draw
 from lienumba.scenario.system import System
 from lienumba.store.outputs import write
+from tests.facade import app, resolve
 from tests.rigs.places import SCENARIOS
 from tests.rigs.scenario_example import example
 

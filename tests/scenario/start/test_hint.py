@@ -5,11 +5,10 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from lienumba.cli import app
 from lienumba.engine import runner
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.hint import hint
 from lienumba.scenario.start.prepare import check_initial
+from tests.facade import app, resolve
 from tests.rigs.places import SCENARIOS
 
 STAGE = {"integrator.method": "euler", "integrator.step": 1e-3, "integrator.tolerance": None}

@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 
 import lienumba
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.never import warnings_of
+from tests.facade import resolve
 
 LATER = "and integrator.end_time = 3.0; give an earlier time, or a later end_time"
 NEVER = "can never be true; correct it, or leave the event out"

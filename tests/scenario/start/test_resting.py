@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.hint import RESTS
 from lienumba.scenario.start.prepare import check_initial
+from tests.facade import resolve
 
 G = 9.81
 ARM = 1.2 * G * 0.5

@@ -3,10 +3,9 @@
 import pytest
 
 from lienumba.batch.statuses import INVALID, NOT_ASSEMBLED, SUCCESS
-from lienumba.errors import ScenarioError
 from lienumba.scenario.base.units import units
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import check_initial, prepare
+from tests.facade import ScenarioError, resolve
 
 BODY = {"name": "b", "mass": 1.0, "inertia": [1.0, 1.0, 1.0], "rotation": [1, 0, 0, 0]}
 RAIL = {"name": "rail", "type": "prismatic", "bodies": ["ground", "b"], "points": [[0, 0, 0]] * 2,

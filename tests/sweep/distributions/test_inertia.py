@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from lienumba.errors import ScenarioError
 from lienumba.sweep.distributions.inertia import Inertia, _exponential
 from lienumba.sweep.samplers.streams import uniforms
+from tests.facade import ScenarioError
 
 U = [uniforms(f"x[{i}]", range(20000), 1) for i in range(6)]
 

@@ -5,10 +5,10 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 from scipy import stats
 
-from lienumba.errors import ScenarioError
 from lienumba.sweep.distributions.registry import AnyDistribution
 from lienumba.sweep.distributions.scalar import Normal, Uniform
 from lienumba.sweep.samplers.streams import uniforms
+from tests.facade import ScenarioError
 
 ADAPTER = TypeAdapter(AnyDistribution)
 U = uniforms("bodies.top.mass", range(20000), 2015)

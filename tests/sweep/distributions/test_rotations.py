@@ -6,9 +6,9 @@ from pydantic import TypeAdapter, ValidationError
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
-from lienumba.errors import ScenarioError
 from lienumba.sweep.distributions.registry import AnyDistribution
 from lienumba.sweep.samplers.streams import uniforms
+from tests.facade import ScenarioError
 
 ADAPTER = TypeAdapter(AnyDistribution)
 START = Rotation.from_rotvec([0.3, -1.2, 0.7])

@@ -21,13 +21,11 @@ from lienumba.integrators.tracing.method import Method
 from lienumba.integrators.tracing.row_selection import UNIQUE
 from lienumba.integrators.tracing.template import split
 from lienumba.integrators.tracing.tracer import Tracer
-from lienumba.mechanics.elements.joints import JOINTS
-from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.tree.motion import read_state
 from lienumba.numerics.operations import sqrt, where
 from lienumba.numerics.vector_math import ROUND
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import Prepared, prepare
+from tests.facade import JOINTS, Model, resolve
 from tests.mechanics.elements.forces.test_every_type import TYPES, keys_of
 from tests.mechanics.elements.forces.test_every_type import scenario as with_force
 from tests.rigs.every_law import DRIVERS, alone

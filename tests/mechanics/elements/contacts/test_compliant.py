@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from lienumba.mechanics.elements.forces.compliant import CONTACT
-from lienumba.mechanics.mechanism.kinematics import Instant
-from lienumba.mechanics.mechanism.model import GROUND, Body, Contact, Force, Model
+from lienumba.mechanics.mechanism.model import Contact, Force
 from lienumba.mechanics.system import applied_forces
+from tests.facade import GROUND, Body, Instant, Model
 from tests.mechanics.elements.contacts.test_geometry import after, at, matrix, motion
 
 STIFFNESS, DISSIPATION, SPEED, STATIC, KINETIC = 400.0, 0.7, 0.05, 0.8, 0.5

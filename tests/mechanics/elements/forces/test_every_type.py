@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.errors import ScenarioError
 from lienumba.keys.types import Timed
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.forces.base import AlongJoint, BetweenPoints, Given, OnBody, quadratic
@@ -18,8 +17,8 @@ from lienumba.mechanics.mechanism.model import Force
 from lienumba.mechanics.system import applied_forces
 from lienumba.numerics.number import Number, Vector
 from lienumba.scenario.base.units import units
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.build import build
+from tests.facade import ScenarioError, resolve
 from tests.mechanics.elements.force_cases import instant, model, moved, velocities
 
 TYPES = [name for name in FORCES if name != "python"]  # whose keys are the user's own

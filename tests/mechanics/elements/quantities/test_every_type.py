@@ -8,7 +8,6 @@ import pytest
 
 import lienumba
 from lienumba.compiler.symbols import Graph, live
-from lienumba.errors import ScenarioError
 from lienumba.groups import so3
 from lienumba.groups.state import ELEMENT
 from lienumba.keys.conversions import vec3
@@ -17,14 +16,14 @@ from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.names import Names
 from lienumba.mechanics.elements.quantities import OBSERVED, POSITION, QUANTITIES, Observed, Part
 from lienumba.mechanics.elements.quantities.base import QuantityType, name_of
-from lienumba.mechanics.mechanism.kinematics import Instant, View
-from lienumba.mechanics.mechanism.model import Model, Quantity
+from lienumba.mechanics.mechanism.kinematics import View
+from lienumba.mechanics.mechanism.model import Quantity
 from lienumba.mechanics.system.switches import switches_of
 from lienumba.numerics.number import Vector
 from lienumba.numerics.operations import sqrt
 from lienumba.scenario.formulas.formula_names import known_of
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.build import build
+from tests.facade import Instant, Model, ScenarioError, resolve
 from tests.mechanics.elements.force_cases import frame
 from tests.mechanics.elements.forces.test_every_type import scenario as rig
 

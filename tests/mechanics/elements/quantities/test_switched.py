@@ -5,19 +5,9 @@ import pytest
 
 from lienumba.mechanics.elements.quantities import Observed, components, level, rows
 from lienumba.mechanics.elements.quantities.base import OBSERVED, POSITION, VELOCITY
-from lienumba.mechanics.mechanism.kinematics import Instant, Mode, still
-from lienumba.mechanics.mechanism.model import (
-    GROUND,
-    Body,
-    Contact,
-    Coordinate,
-    Force,
-    Joint,
-    Limit,
-    Lock,
-    Model,
-    Quantity,
-)
+from lienumba.mechanics.mechanism.kinematics import Mode, still
+from lienumba.mechanics.mechanism.model import Contact, Coordinate, Force, Limit, Lock, Quantity
+from tests.facade import GROUND, Body, Instant, Joint, Model
 from tests.mechanics.elements.contacts.test_geometry import at, motion
 
 NUMBERS = {"stiffness": 100.0, "dissipation": 0.5, "velocity": 1e-3}

@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lienumba.mechanics.mechanism.kinematics import Instant, Mode
-from lienumba.mechanics.mechanism.model import GROUND, Body, Contact, Model
+from lienumba.mechanics.mechanism.kinematics import Mode
+from lienumba.mechanics.mechanism.model import Contact
 from lienumba.mechanics.system import constraints, dynamics, kkt
 from lienumba.mechanics.system.switched import turning
 from lienumba.mechanics.system.switched.border import DEPENDENT, PARADOX
 from lienumba.mechanics.system.switches import FRICTION, is_ball
 from lienumba.mechanics.tree import equations, locking, reactions
 from lienumba.mechanics.tree.spanning import joints_of, ties_of
-from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start import prepare
+from tests.facade import GROUND, Body, Instant, Model, resolve
 from tests.rigs import switching
 from tests.rigs.random_trees import close
 
