@@ -10,6 +10,7 @@ an option pytest runs everything but the campaigns. `--quick` does not import fi
 import re
 import statistics
 import subprocess
+import time
 import zlib
 from functools import cache
 from pathlib import Path
@@ -165,9 +166,10 @@ class CoreSeconds:
     @pytest.hookimpl(trylast=True)
     def pytest_sessionfinish(self) -> None:
         self.ratios.append(clock.ratio())
-        self.spent += clock.core_seconds()
+        workers_report = self.config.getoption("numprocesses", None)
+        self.spent += time.process_time() if workers_report else clock.core_seconds()
         if hasattr(self.config, "workeroutput"):
-            self.config.workeroutput["core_seconds"] = self.spent, self.ratios
+            self.config.workeroutput["core_seconds"] = clock.core_seconds(), self.ratios
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_testnodedown(self, node: object) -> None:
