@@ -26,7 +26,7 @@ class Cost(NamedTuple):
     """first, others: quiet s of the first case and of each other; cases: how many; release: not of a commit."""
 
     first: float = 0.004
-    others: float = 0.001
+    others: float = 0.004
     cases: int = 1
     release: bool = False
 
@@ -48,16 +48,25 @@ def write(costs: dict[str, Cost]) -> None:
             rows.writerow((function, f"{cost.first:.3f}", f"{cost.others:.4f}", cost.cases, suite))
 
 
-def of_functions(cases: dict[str, float], release: set[str]) -> dict[str, Cost]:
-    """The cost of each function from that of its cases, in the order in which they ran."""
+def of_functions(cases: dict[str, float], known: dict[str, Cost]) -> dict[str, Cost]:
+    """The cost of each function from that of the cases that ran, in their order; known: how many cases there are, its
+    suite, and the cost of others if none of them ran."""
     functions: dict[str, list[float]] = {}
     for case, seconds in cases.items():
         functions.setdefault(case.partition("[")[0], []).append(seconds)
-    return {
-        function: Cost(first, sum(others) / len(others) if others else 0.0, 1 + len(others), function in release)
-        for function, (first, *others) in functions.items()
-        if first + sum(others) >= SMALLEST or function in release
-    }
+    found = {}
+    for function, (first, *others) in functions.items():
+        cost = known.get(function, Cost(others=0.0))
+        each = sum(others) / len(others) if others else cost.others
+        if first + each * (cost.cases - 1) >= SMALLEST:
+            found[function] = cost._replace(first=first, others=each)
+    return found
+
+
+def dearer(known: dict[str, Cost], found: dict[str, Cost]) -> dict[str, Cost]:
+    """What is known, with the costs of first cases that turned out larger."""
+    raised = {name: known.get(name, cost) for name, cost in found.items()}
+    return known | {name: cost._replace(first=max(cost.first, found[name].first)) for name, cost in raised.items()}
 
 
 def compile_drivers() -> None:
@@ -75,14 +84,23 @@ def compile_drivers() -> None:
 class Measuring:
     """The plugin that measures every test in its worker, and writes the file from the reports of all workers.
 
-    A run of some tests renews their rows, and leaves the others.
+    What does not run keeps its row. With `--quick` rows only rise: what tests share is made by the first of them that
+    runs, and that is another one there.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, quick: bool) -> None:
+        self.quick = quick
         self.last = self.measured = 0.0
         self.ratio = 1.0
-        self.cases = dict[str, float]()
-        self.release = set[str]()
+        self.counts = dict[str, int]()
+        self.costs = dict[str, float]()
+        self.known = read()
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        for item in items:
+            name = item.nodeid.partition("[")[0]
+            self.counts[name] = self.counts.get(name, 0) + 1
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_protocol(self) -> Iterator[Any]:
@@ -98,19 +116,17 @@ class Measuring:
         report = yield
         now = clock.core_seconds()
         report.cost, self.last = (now - self.last) / self.ratio, now
-        report.release = any(map(item.get_closest_marker, ("release", "campaign")))
+        release = any(map(item.get_closest_marker, ("release", "campaign")))
+        report.function = item.nodeid.partition("[")[0], self.counts[item.nodeid.partition("[")[0]], release
         return report
 
     def pytest_runtest_logreport(self, report: Any) -> None:
-        cost = getattr(report, "cost", 0.0)  # not in the report of a worker that crashed
-        self.cases[report.nodeid] = self.cases.get(report.nodeid, 0.0) + cost
-        if getattr(report, "release", False):
-            self.release.add(report.nodeid.partition("[")[0])
+        if hasattr(report, "cost"):  # not in the report of a worker that crashed
+            name, cases, release = report.function
+            self.known[name] = self.known.get(name, Cost(0.0, 0.0))._replace(cases=cases, release=release)
+            self.costs[report.nodeid] = self.costs.get(report.nodeid, 0.0) + report.cost
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        if hasattr(session.config, "workerinput"):
-            return
-        measured = {case.partition("[")[0] for case in self.cases}
-        files = {function.partition("::")[0] for function in measured}
-        kept = {name: cost for name, cost in read().items() if name.partition("::")[0] not in files}
-        write(kept | of_functions(self.cases, self.release))
+        if not hasattr(session.config, "workerinput"):
+            found = of_functions(self.costs, self.known)
+            write(dearer(read(), found) if self.quick else read() | found)

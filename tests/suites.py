@@ -1,10 +1,11 @@
 """The suites of tests: `--quick`, `--commit`, and `--all`, that of a release, chosen by tests/costs.csv.
 
 `--quick` runs, in every room, the first case of each cheap function and as many more as cost little together, and of
-every room at least a fifth of the functions. `--commit` runs all but what is marked `release`; of a family of dear
-cases it runs the first, and another one by the hash of the commit. `--all` runs everything, and the campaigns: tests
-with the marker `campaign(number)`, whose argument `seed` is as many numbers drawn from the hash of the commit. Without
-an option pytest runs everything but the campaigns. `--quick` does not import files of which it runs nothing.
+every room at least a fifth of the functions. `--commit` runs all but what is marked `release` or has cases that cost
+more than `DEAREST`; of a family of dear cases it runs the first, and another one by the hash of the commit. `--all`
+runs everything, and the campaigns: tests with the marker `campaign(number)`, whose argument `seed` is as many numbers
+drawn from the hash of the commit. Without an option pytest runs everything but the campaigns. `--quick` does not import
+files of which it runs nothing.
 """
 
 import re
@@ -26,6 +27,7 @@ QUICK_TOGETHER = 0.05  # and of all cases of a function, if there are more of th
 QUICK_SHARE = 0.2  # of the functions of a room are in --quick, cheapest first, whatever they cost up to
 QUICK_DEAREST = 1.0  # quiet s; only the cheapest of a room may cost more
 DEAR = 0.3  # quiet s of a case; of a family of dearer ones two are of a commit
+DEAREST = 2.5  # quiet s of a case; functions with dearer ones are of a release
 SUITES = ("quick", "commit", "all")
 NEW = Cost()  # of functions that tests/costs.csv does not name
 HERE = Path(__file__).parent
@@ -47,7 +49,7 @@ def pytest_configure(config: pytest.Config) -> None:
     if len(chosen) > 1:
         raise pytest.UsageError(f"--{chosen[0]} and --{chosen[1]}: choose one suite")
     if config.getoption("--costs"):
-        config.pluginmanager.register(costs.Measuring())
+        config.pluginmanager.register(costs.Measuring(config.getoption("--quick")))
     config.pluginmanager.register(CoreSeconds(config))
 
 
@@ -80,7 +82,7 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    if config.getoption("--all") or config.getoption("--costs"):
+    if config.getoption("--all"):
         return
     left_out = ("release", "campaign") if any(map(config.getoption, ("--quick", "--commit"))) else ("campaign",)
     names = [item.nodeid for item in items if not any(map(item.get_closest_marker, left_out))]
@@ -132,10 +134,14 @@ def quick_cases(cases: list[str], known: dict[str, Cost]) -> set[str]:
 
 
 def commit_cases(cases: list[str], known: dict[str, Cost], commit: str) -> set[str]:
-    """All cases, but of each family of dear ones the first and another one, which the commit chooses."""
+    """All cases, but of each family of dear ones the first and another one, which the commit chooses; of functions with
+    cases that are too dear for a commit, none."""
     kept: set[str] = set()
     for function, family in _families(cases).items():
-        if len(family) > 2 and known.get(function, NEW).others > DEAR:
+        cost = known.get(function, NEW)
+        if max(cost.first, cost.others) > DEAREST:
+            continue
+        if len(family) > 2 and cost.others > DEAR:
             family = [family[0], family[1 + zlib.crc32(f"{commit} {function}".encode()) % (len(family) - 1)]]
         kept |= {*family}
     return kept

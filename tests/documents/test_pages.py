@@ -44,12 +44,14 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.usefixtures("vectors")  # which pages show
 @pytest.mark.parametrize("page", FIRST)
 def test_blocks_of_the_first_pages_run(page: Path, folder: Path) -> None:
     play(page, folder)
 
 
 @pytest.mark.release
+@pytest.mark.usefixtures("vectors")
 @pytest.mark.parametrize("page", [page for page in PAGES if page.id not in FIRST_PAGES])
 def test_blocks_run(page: Path, folder: Path) -> None:
     play(page, folder)

@@ -5,15 +5,15 @@ import pytest
 from tests import costs
 from tests.costs import Cost
 from tests.rigs.places import ROOT
-from tests.suites import DEAR, QUICK, QUICK_TOGETHER, commit_cases, quick_cases, quick_functions
+from tests.suites import DEAR, DEAREST, QUICK, QUICK_TOGETHER, commit_cases, quick_cases, quick_functions
 
 COMMIT = 1000.0  # quiet core seconds that the suite of a commit may cost in all,
 FUNCTION = 10.0  # and the cases of one function
 KNOWN = {
     "a/t.py::f": Cost(QUICK_TOGETHER / 2, QUICK_TOGETHER / 5, 5),
     "a/t.py::g": Cost(9.0, 9.0, 5),
-    "b/t.py::h": Cost(9.0, 2 * DEAR, 5),
-    "b/t.py::i": Cost(8.0, DEAR, 5),
+    "b/t.py::h": Cost(DEAREST, 2 * DEAR, 5),
+    "b/t.py::i": Cost(2.0, DEAR, 5),
     "b/t.py::j": Cost(QUICK, 0.0, 1, release=True),
 }
 CASES = [f"{name}[{case}]" for name in KNOWN for case in range(5)]
@@ -35,7 +35,7 @@ def test_a_commit_has_two_cases_of_a_dear_family() -> None:
     found = {commit: commit_cases(CASES[:20], KNOWN, commit) for commit in map(str, range(50))}
     assert all(len([x for x in kept if x.startswith("b/t.py::h")]) == 2 for kept in found.values())
     assert all({*CASES[:5], *CASES[15:20], "b/t.py::h[0]"} < kept for kept in found.values())
-    assert {case for kept in found.values() for case in kept} == {*CASES[:20]}
+    assert {case for kept in found.values() for case in kept} == {*CASES[:5], *CASES[10:20]}
 
 
 def cost_of_a_commit(known: dict[str, Cost]) -> dict[str, float]:
@@ -60,19 +60,26 @@ def test_the_suite_of_a_commit_keeps_its_budget() -> None:
 
 
 def test_a_suite_beyond_its_budget_is_seen() -> None:
-    assert not too_dear({"f": Cost(FUNCTION)})
-    assert len(too_dear({"f": Cost(FUNCTION + 0.1)})) == 1
+    assert not too_dear({"f": Cost(1.0, 0.25, 37)})
+    assert len(too_dear({"f": Cost(1.0, 0.25, 38)})) == 1
     assert not too_dear({"f": Cost(COMMIT, release=True)})
-    assert len(too_dear({f"f{n}": Cost(5.0, DEAR, 8) for n in range(150)})) == 1
+    assert len(too_dear({f"f{n}": Cost(2.0, 2.4, 8) for n in range(250)})) == 1
 
 
 def test_costs_are_of_cases_in_the_order_in_which_they_ran(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
-    cases = {"a::f[y]": 2.0, "a::f[x]": 0.5, "a::f[z]": 1.5, "a::g": 0.5 * costs.SMALLEST, "a::h": 0.0}
-    found = costs.of_functions(cases, {"a::h"})
-    assert found == {"a::f": Cost(2.0, 1.0, 3), "a::h": Cost(0.0, 0.0, 1, release=True)}
+    cases = {"a::f[y]": 2.0, "a::f[x]": 0.5, "a::f[z]": 1.5, "a::g": 0.5 * costs.SMALLEST, "a::h[x]": 1.0}
+    known = {"a::f": Cost(0.0, 0.0, 9), "a::h": Cost(0.5, 0.7, 3, release=True)}
+    found = costs.of_functions(cases, known)
+    assert found == {"a::f": Cost(2.0, 1.0, 9), "a::h": Cost(1.0, 0.7, 3, release=True)}
     monkeypatch.setattr(costs, "COSTS", tmp_path / "costs.csv")
     costs.write(found)
     assert costs.read() == found
+
+
+def test_a_quick_run_only_raises_costs() -> None:
+    known = {"f": Cost(1.0, 2.0, 3), "g": Cost(1.0, 2.0, 3)}
+    found = costs.dearer(known, {"f": Cost(0.5, 9.0), "g": Cost(1.5, 9.0), "h": Cost(0.1)})
+    assert found == {"f": Cost(1.0, 2.0, 3), "g": Cost(1.5, 2.0, 3), "h": Cost(0.1)}
 
 
 def test_costs_are_of_files_that_are_there() -> None:

@@ -31,6 +31,7 @@ from tests.rigs.chunks import (
 from tests.rigs.places import SCENARIOS
 
 TOP = str(SCENARIOS / "heavy_top.toml")
+pytestmark = pytest.mark.usefixtures("vectors")  # the code that users run
 CPUS = ("neoverse-v2", "apple-m1")  # the first has SVE; all else is made for a generic one
 SOME = ("arm_sampled", "bouncing_ball", "dzhanibekov", "five_bar_leg", "gripper", "heavy_top_study", "pawl",
         "satellite", "satellite_settles", "separation", "thruster", "ur5")  # fmt: skip
