@@ -4,7 +4,7 @@ A tape that is replayed often becomes a Python function of one statement for eac
 and compiled once: on floats it takes a twentieth of the time of a loop over the operations, which gives the same bits.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import count
@@ -48,22 +48,20 @@ class Tape:
         steps = [(node.op, node.args if node.op == "input" else tuple(place(x) for x in node.args)) for node in nodes]
         return Tape(constants, steps, [place(x) for x in values])
 
-    def replayed(
-        self, given: Callable[[str, int], Any], functions: Mapping[str, Callable[..., Any]] = FUNCTIONS
-    ) -> list[Any]:
+    def replayed(self, given: Callable[[str, int], Any]) -> list[Any]:
         """The values, where inputs are given(array, row)."""
         self.replays += 1
-        if self.replays > OFTEN and functions is FUNCTIONS:
+        if self.replays > OFTEN:
             return self._function(given)
         known = list(self.constants)
         so_far = known.__getitem__
         for op, args in self.steps:
-            known.append(given(*args) if op == "input" else functions[op](*map(so_far, args)))
+            known.append(given(*args) if op == "input" else FUNCTIONS[op](*map(so_far, args)))
         return [known[n] for n in self.results]
 
     @cached_property
     def _function(self) -> Callable[[Callable[[str, int], Any]], list[Any]]:
-        """`replayed` by FUNCTIONS."""
+        """`replayed` as one function."""
         names = {f"constant_{n}": x for n, x in enumerate(self.constants)} | {CALLS[op]: FUNCTIONS[op] for op in CALLS}
         exec(compile("\n".join(self._source()), "<tape>", "exec"), names)
         return names["replay"]

@@ -26,7 +26,6 @@ import numpy as np
 import numpy.typing as npt
 
 from lienumba.compiler.derivatives import partials
-from lienumba.compiler.series import FUNCTIONS
 from lienumba.compiler.symbols import Graph, Symbol, uncollected
 from lienumba.compiler.tape import Tape
 from lienumba.compiler.terms import terms
@@ -244,7 +243,6 @@ class Equations:
         a: Row,
         mu: Row,
         parameter: Callable[[int], Any],
-        functions: Mapping[str, Callable[..., Any]] = FUNCTIONS,
         inputs: Sequence[Any] = (),
         within: Any = None,
     ) -> Linear:
@@ -256,7 +254,6 @@ class Equations:
         t : the time (s)
         a, mu : accelerations along the velocities; multipliers of the rows `used`
         parameter : the number of the model in a row of the parameters, such as `partial(graph.input, "parameters")`
-        functions : what computes an operation
         inputs : of somebody's own; 0 by default
         within : a time (s) that tells on which side of a jump t lies, by default t itself
         """
@@ -264,7 +261,7 @@ class Equations:
         clock = {layout.TIME: t, layout.MIDDLE: t if within is None else within}
         given = {STATE: state.__getitem__, CLOCK: clock.__getitem__, UNKNOWN: [*a, *mu].__getitem__}
         given |= {"parameters": parameter, INPUTS: inputs.__getitem__}
-        return Linear(self._tape.replayed(lambda array, row: given[array](row), functions), self)
+        return Linear(self._tape.replayed(lambda array, row: given[array](row)), self)
 
     def of_runs(self, state: Row, t: float, a: Row, mu: Row, numbers: "RunsNumbers") -> Linear:
         """`at` on arrays (runs,) and floats. Of few runs one by one on floats, to the same bits: an operation on short
