@@ -31,6 +31,10 @@ class Cost(NamedTuple):
     release: bool = False
 
 
+def function_of(case: str) -> str:
+    return case.partition("[")[0]
+
+
 def read() -> dict[str, Cost]:
     """The cost of each function in the file."""
     with COSTS.open(encoding="utf-8", newline="") as file:
@@ -53,7 +57,7 @@ def of_functions(cases: dict[str, float], known: dict[str, Cost]) -> dict[str, C
     suite, and the cost of others if none of them ran."""
     functions: dict[str, list[float]] = {}
     for case, seconds in cases.items():
-        functions.setdefault(case.partition("[")[0], []).append(seconds)
+        functions.setdefault(function_of(case), []).append(seconds)
     found = {}
     for function, (first, *others) in functions.items():
         cost = known.get(function, Cost(others=0.0))
@@ -99,7 +103,7 @@ class Measuring:
     @pytest.hookimpl(tryfirst=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         for item in items:
-            name = item.nodeid.partition("[")[0]
+            name = function_of(item.nodeid)
             self.counts[name] = self.counts.get(name, 0) + 1
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
@@ -117,7 +121,8 @@ class Measuring:
         now = clock.core_seconds()
         report.cost, self.last = (now - self.last) / self.ratio, now
         release = any(map(item.get_closest_marker, ("release", "campaign")))
-        report.function = item.nodeid.partition("[")[0], self.counts[item.nodeid.partition("[")[0]], release
+        name = function_of(item.nodeid)
+        report.function = name, self.counts[name], release
         return report
 
     def pytest_runtest_logreport(self, report: Any) -> None:

@@ -20,7 +20,7 @@ from random import Random
 import pytest
 
 from tests import clock, costs
-from tests.costs import Cost
+from tests.costs import Cost, function_of
 
 QUICK = 0.15  # quiet s of a first case in --quick,
 QUICK_TOGETHER = 0.05  # and of all cases of a function, if there are more of them
@@ -93,10 +93,6 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         kept = commit_cases(names, costs.read(), _commit(config))
     config.hook.pytest_deselected(items=[item for item in items if item.nodeid not in kept])
     items[:] = [item for item in items if item.nodeid in kept]
-
-
-def function_of(case: str) -> str:
-    return case.partition("[")[0]
 
 
 def _families(cases: list[str]) -> dict[str, list[str]]:
