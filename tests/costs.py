@@ -5,6 +5,7 @@ there are, and the suite to which the function belongs. Functions below `SMALLES
 """
 
 import csv
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,7 +14,9 @@ import pytest
 
 from tests import clock
 
-COSTS = Path(__file__).with_name("costs.csv")
+HERE = Path(__file__).parent
+COSTS = HERE / "costs.csv"
+FUNCTION = re.compile(r"^(?:class (Test\w*)|( *)def (test_\w+))", re.MULTILINE)
 SMALLEST = 0.015  # quiet s
 RENEWED = 5.0  # s of core time after which the clock is measured again
 DRIVERS = (  # compiled once in each process, by whichever test comes first: no cost of that test
@@ -33,6 +36,21 @@ class Cost(NamedTuple):
 
 def function_of(case: str) -> str:
     return case.partition("[")[0]
+
+
+def functions_of(path: Path) -> list[str]:
+    """The tests of a file by its text, without importing it."""
+    name, group, found = path.relative_to(HERE.parent).as_posix(), "", list[str]()
+    for class_name, indent, function in FUNCTION.findall(path.read_text(encoding="utf-8")):
+        group = f"{class_name}::" if class_name else group if indent else ""
+        if function:
+            found.append(f"{name}::{group}{function}")
+    return found
+
+
+def functions() -> list[str]:
+    """All tests."""
+    return [x for path in HERE.rglob("test_*.py") for x in functions_of(path)]
 
 
 def read() -> dict[str, Cost]:
@@ -88,8 +106,8 @@ def compile_drivers() -> None:
 class Measuring:
     """The plugin that measures every test in its worker, and writes the file from the reports of all workers.
 
-    What does not run keeps its row. With `--quick` rows only rise: what tests share is made by the first of them that
-    runs, and that is another one there.
+    What does not run keeps its row, unless it is gone. With `--quick` rows only rise: what tests share is made by the
+    first of them that runs, and that is another one there.
     """
 
     def __init__(self, quick: bool) -> None:
@@ -134,4 +152,6 @@ class Measuring:
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         if not hasattr(session.config, "workerinput"):
             found = of_functions(self.costs, self.known)
-            write(dearer(read(), found) if self.quick else read() | found)
+            there = {*functions()}
+            known = {name: cost for name, cost in read().items() if name in there}
+            write(dearer(known, found) if self.quick else known | found)

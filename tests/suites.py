@@ -8,7 +8,6 @@ drawn from the hash of the commit. Without an option pytest runs everything but 
 files of which it runs nothing.
 """
 
-import re
 import statistics
 import subprocess
 import time
@@ -30,8 +29,6 @@ DEAR = 0.3  # quiet s of a case; of a family of dearer ones two are of a commit
 DEAREST = 2.0  # quiet s of a case; functions with dearer ones are of a release
 SUITES = ("quick", "commit", "all")
 NEW = Cost()  # of functions that tests/costs.csv does not name
-HERE = Path(__file__).parent
-FUNCTION = re.compile(r"^(?:class (Test\w*)|( *)def (test_\w+))", re.MULTILINE)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -57,7 +54,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def _head() -> str:
     try:
         command = ["git", "rev-parse", "--short=12", "HEAD"]
-        return subprocess.run(command, capture_output=True, text=True, cwd=HERE).stdout.strip()
+        return subprocess.run(command, capture_output=True, text=True, cwd=costs.HERE).stdout.strip()
     except OSError:
         return ""
 
@@ -78,7 +75,7 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     """Leave out a file without a function of `--quick`."""
     if not config.getoption("--quick") or not collection_path.match("test_*.py"):
         return None
-    return True if _quick_functions().isdisjoint(_functions_of(collection_path)) else None
+    return True if _quick_functions().isdisjoint(costs.functions_of(collection_path)) else None
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -145,17 +142,7 @@ def commit_cases(cases: list[str], known: dict[str, Cost], commit: str) -> set[s
 
 @cache
 def _quick_functions() -> frozenset[str]:
-    return quick_functions([x for path in HERE.rglob("test_*.py") for x in _functions_of(path)], costs.read())
-
-
-def _functions_of(path: Path) -> list[str]:
-    """The tests of a file by its text, without importing it."""
-    name, group, found = path.relative_to(HERE.parent).as_posix(), "", list[str]()
-    for class_name, indent, function in FUNCTION.findall(path.read_text(encoding="utf-8")):
-        group = f"{class_name}::" if class_name else group if indent else ""
-        if function:
-            found.append(f"{name}::{group}{function}")
-    return found
+    return quick_functions(costs.functions(), costs.read())
 
 
 # ---------------------------------------------------------------- what the run cost
