@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from heapq import heapify, heappop, heappush
 from typing import Any
 
+from lienumba.compiler.foreign import calls
 from lienumba.compiler.series import JUMPS, rounds
 from lienumba.compiler.symbols import FUSED, Symbol, live
 from lienumba.numerics import operations
@@ -32,6 +33,8 @@ def partials(outputs: Sequence[object], columns: Sequence[Mapping[Symbol, Number
         for symbol, value in along.items():
             chain.connect(n, symbol.id, value)
     for node in nodes:
+        if node.op == "call" and any(isinstance(x, Symbol) and x.id in chain.into for x in node.args):
+            raise calls.underivable(calls.name_of(node))
         for operand, value in slopes(node):
             if operand.id in chain.into:
                 chain.connect(operand.id, node.id, value)
@@ -101,7 +104,7 @@ def product(a: Number, b: Number) -> Any:
 
 def slopes(node: Symbol) -> list[tuple[Symbol, Any]]:
     """The derivatives of one operation by its operands; an operand that is there twice has two."""
-    if node.op == "input" or node.op in JUMPS or rounds(node):
+    if node.op in ("input", "call", "part") or node.op in JUMPS or rounds(node):
         return []
     a, op = node.args, node.op
     found: Sequence[Any]

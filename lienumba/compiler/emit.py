@@ -15,8 +15,9 @@ from functools import lru_cache
 from math import inf
 from typing import Any, TypeGuard
 
+from lienumba.compiler.foreign.calls import KNOWN
 from lienumba.compiler.rows import WorkRows
-from lienumba.compiler.segments import LONGEST, Segments, by_content, by_size
+from lienumba.compiler.segments import LONGEST, Segments, by_content, by_size, with_parts
 from lienumba.compiler.sharing import Segment, assembled, distinct
 from lienumba.compiler.symbols import FUSED, Symbol, live, operation_counts, uncollected
 from lienumba.compiler.value_types import VECTOR, ValueType
@@ -49,7 +50,7 @@ class Kernel:
     work_rows: int = field(init=False, default=0)
 
     def __post_init__(self) -> None:
-        self.order = live(self.outputs)
+        self.order = with_parts(live(self.outputs))
         used: dict[int, int] = {}
         for read in (*(node.args for node in self.order if not node.invariant), self.outputs):
             for x in read:
@@ -196,7 +197,37 @@ class _Writer:
         self.segments[-1].lines.append(f"{name} = load {VALUES.name}, ptr {pointer}, align 8")
         return name
 
+    def _call(self, node: Symbol) -> None:
+        """A function of another compiler, whose arguments and outputs are rows of lanes on the stack."""
+        symbol, *given = node.args
+        values, number, v = [self._value(x) for x in given], self.computed, VALUES.name
+        lines = self.segments[-1].lines
+        lines.append(f"%g{number} = alloca [{len(given)} x {v}], align 8")
+        lines.append(f"%r{number} = alloca [{KNOWN[symbol].outputs} x {v}], align 8")
+        lines.append(f"%e{number} = alloca [2 x ptr], align 8")
+        for n, x in enumerate(values):
+            lines.append(f"%g{number}.{n} = getelementptr {v}, ptr %g{number}, i64 {n}")
+            lines.append(f"store {v} {x}, ptr %g{number}.{n}, align 8")
+        lines.append(f"%e{number}.1 = getelementptr ptr, ptr %e{number}, i64 1")
+        lines.append(f"store ptr null, ptr %e{number}.1, align 8")
+        room = f"ptr %e{number}, ptr %e{number}.1, ptr %g{number}, ptr %r{number}, i64 {VALUES.lanes}"
+        lines.append(f"%s{number} = call i32 @{symbol}({room})")
+        self.names[node.id] = f"%r{number}"
+        self.computed += 1
+
+    def _part(self, node: Symbol) -> None:
+        """An output of a call, which is in the same segment."""
+        (called, n), number, v = node.args, self.computed, VALUES.name
+        self.segments[-1].lines += [
+            f"%r{number} = getelementptr {v}, ptr {self.names[called.id]}, i64 {n}",
+            f"%v{number} = load {v}, ptr %r{number}, align 8",
+        ]
+        self.names[node.id] = f"%v{number}"
+        self.computed += 1
+
     def _compute(self, node: Symbol) -> None:
+        if node.op in ("call", "part"):
+            return self._call(node) if node.op == "call" else self._part(node)
         known, v = self.names, VALUES.name
         a = [
             known.get(x.id) or self._load(x) if x.__class__ is Symbol else _constant(_bits(x), VALUES)

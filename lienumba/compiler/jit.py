@@ -1,19 +1,24 @@
-"""Kernels and named operations under `@njit`, on floats.
+"""Kernels, named operations and the functions of `lienumba.laws` under `@njit`, on floats.
 
 Numba finds `register` through the package's entry point, so a user's own jitted code may call `so3.exp` and the like.
+No function calls a mathematics library: the bits are those of the same function on Python floats.
 """
 
 import math
 from collections.abc import Callable
 from typing import Any
 
-from lienumba.numerics import operations, vector_math
+from lienumba.numerics import functions, operations, vector_math
+from lienumba.numerics.vector_math import ROUND
+
+# Of the functions of laws, those that are compiled as they are written.
+PLAIN = ("acos", "asin", "atan", "ceil", "clip", "cosh", "hypot", "mod", "sign", "sinc", "sinh", "tan")
 
 
 def register() -> None:
     """Tell Numba of every kernel, those to come included."""
     from numba.core import types
-    from numba.extending import overload, register_jitable
+    from numba.extending import intrinsic, overload, register_jitable
 
     if operations.ON_NEW_KERNEL:
         return
@@ -36,10 +41,30 @@ def register() -> None:
     polynomial(operations.exp, vector_math.exp)
     polynomial(operations.log, vector_math.log)
 
+    @overload(operations.tanh, strict=False)
+    def tanh(x: types.Type) -> Any:
+        return lambda x: operations.piecewise_tanh(x)
+
+    @overload(functions.floor, strict=False)
+    def floor(x: types.Type) -> Any:
+        return lambda x: functions.floor_of_number(x)
+
+    @intrinsic
+    def exponent(typing: Any, biased: types.Type) -> Any:
+        """The double whose exponent is in the last bits of another one: ldexp would be a call of a library."""
+
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            from llvmlite import ir
+
+            whole, double = ir.IntType(64), ir.DoubleType()
+            return builder.bitcast(builder.shl(builder.bitcast(arguments[0], whole), ir.Constant(whole, 52)), double)
+
+        return types.float64(types.float64), code
+
     @overload(operations.power_of_two, strict=False)
     def power_of_two(n: types.Type) -> Any:
         if scalar(n):
-            return lambda n: math.ldexp(1.0, int(n)) if n == n else n
+            return lambda n: exponent(n + (ROUND + 1023.0)) if n == n else n
 
     @overload(operations.atan2, strict=False)
     def atan2(y: types.Type, x: types.Type) -> Any:
@@ -58,6 +83,8 @@ def register() -> None:
     def alike(condition: types.Type) -> Any:
         return lambda condition: condition
 
-    for function in (operations.minimum, operations.maximum, operations.absolute, *operations.KERNELS):
+    named = (operations.minimum, operations.maximum, operations.absolute, operations.piecewise_tanh)
+    of_laws = (functions.FUNCTIONS[name][2] for name in PLAIN)
+    for function in (*named, *of_laws, functions.floor_of_number, *operations.KERNELS):
         register_jitable(function)
     operations.ON_NEW_KERNEL.append(register_jitable)

@@ -24,7 +24,7 @@ def by_size(order: list[Symbol]) -> Segments:
     size = 0
     for node in order:
         cost = 1 + sum([x.__class__ is Symbol and x.op == "input" for x in node.args])
-        if size + cost > SIZE and segments[-1]:
+        if size + cost > SIZE and segments[-1] and node.op != "part":
             segments.append([])
             size = 0
         size += cost
@@ -35,14 +35,26 @@ def by_size(order: list[Symbol]) -> Segments:
 def by_content(order: list[Symbol]) -> Segments:
     """The same; equal parts are cut in equal places."""
     segments: Segments = [[]]
-    window = b""
+    window, full = b"", False
     for node in order:
+        if full and node.op != "part":
+            segments.append([])
         segments[-1].append(node)
         window = (window + _kind(node))[-4 * WINDOW :]
         size = len(segments[-1])
-        if (size >= SHORTEST and crc32(window) % MEAN == 0) or size >= LONGEST:
-            segments.append([])
-    return segments if segments[-1] or len(segments) == 1 else segments[:-1]
+        full = (size >= SHORTEST and crc32(window) % MEAN == 0) or size >= LONGEST
+    return segments
+
+
+def with_parts(order: list[Symbol]) -> list[Symbol]:
+    """The operations with the outputs of each call directly behind it, where its memory is."""
+    parts: dict[int, list[Symbol]] = {}
+    for node in order:
+        if node.op == "part":
+            parts.setdefault(node.args[0].id, []).append(node)
+    if not parts:
+        return order
+    return [x for node in order if node.op != "part" for x in (node, *parts.get(node.id, ()))]
 
 
 def _kind(node: Symbol) -> bytes:

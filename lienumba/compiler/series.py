@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from lienumba.compiler.foreign import calls
 from lienumba.compiler.symbols import COMPARISONS, FUSED, Graph, Symbol, live
 from lienumba.numerics import operations
 from lienumba.numerics.vector_math import ROUND
@@ -34,6 +35,7 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sqrt": operations.sqrt, "power": operations.power, "sin": operations.sin, "cos": operations.cos,
     "exp": operations.exp, "log": operations.log, "tanh": operations.tanh, "atan2": operations.atan2,
     "where": operations.where, "gather": operations.gather, "power_of_two": operations.power_of_two,
+    "call": calls.call, "part": calls.part,
 }  # fmt: skip
 
 
@@ -214,6 +216,8 @@ class _Expansion:
             return self.over_k * self.sum_of(x, slope, INNER, WEIGHTED) + self.here(x) * self.at_start(slope)
         if op == "atan2":
             return self._angle(node)
+        if op == "call":
+            raise calls.underivable(calls.name_of(node))
         raise ValueError(f"no series for the operation {op!r}")
 
     def _power(self, node: Symbol) -> Any:

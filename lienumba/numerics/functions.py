@@ -39,10 +39,14 @@ def _sign(x: Number) -> Any:
 
 def floor(x: Number) -> Any:
     """The largest whole number that is not above x."""
-    value = lift(x).a
-    nearest = vector_math.round_to_integer(value)
-    below = where(nearest > value, nearest - 1.0, nearest)
-    return where(absolute(value) < LARGEST_FRACTION, below, value)
+    return floor_of_number(lift(x).a)
+
+
+def floor_of_number(x: Number) -> Any:
+    """`floor` of what has no derivative."""
+    nearest = vector_math.round_to_integer(x)
+    below = where(nearest > x, nearest - 1.0, nearest)
+    return where(absolute(x) < LARGEST_FRACTION, below, x)
 
 
 def ceil(x: Number) -> Any:

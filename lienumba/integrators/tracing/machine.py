@@ -10,6 +10,7 @@ import numpy as np
 
 from lienumba.compiler import native
 from lienumba.compiler.flat import Flat, kept
+from lienumba.compiler.foreign.calls import linked
 from lienumba.compiler.memo import Memo
 from lienumba.compiler.rows import W
 from lienumba.groups.state import ELEMENT
@@ -62,7 +63,7 @@ def compile_kernels(program: Program) -> ObjectCode:
     with ThreadPoolExecutor(2) as threads:
         compiling, entries = {}, {}
         for name, kernel in program.kernels.items():
-            text = kernel.text()
+            text = linked(kernel.text())
             compiling[name], entries[name] = threads.submit(native.compile_text, text), native.entry(text)
         _driver(program)  # meanwhile
         objects = {name: future.result() for name, future in compiling.items()}

@@ -12,6 +12,8 @@ from types import SimpleNamespace
 from typing import Any
 
 from lienumba import laws
+from lienumba.compiler.foreign.calls import TRACED
+from lienumba.errors import ScenarioError
 from lienumba.groups import so3
 from lienumba.mechanics.elements import joints
 from lienumba.mechanics.elements.quantities import bodies_of, component, components, evaluate, rows
@@ -202,10 +204,15 @@ def generalized(model: Model, force: Force, now: Instant) -> tuple[dict[int, lis
 
 def unsampled(model: Model) -> Model:
     """The model whose sampled laws act at every time, and whose states follow what each sample would make of them,
-    (s' - s)/interval: it rests where samples change nothing."""
+    (s' - s)/interval: it rests where samples change nothing. A ScenarioError for one without derivatives."""
     forces = []
     for force in model.forces:
         if force.code is not None and force.code.every is not None:
+            if force.code.jitted:
+                rule = (
+                    f"an equilibrium differentiates it, but it calls {force.code.jitted[0]}, a @lienumba.jit function"
+                )
+                raise ScenarioError.at(f"model.forces.{force.name}", rule, TRACED)
             force = replace(force, code=_flowing(force.code, force.code.every))
         forces.append(force)
     return replace(model, forces=tuple(forces))

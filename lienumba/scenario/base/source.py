@@ -10,6 +10,8 @@ import textwrap
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 
+import numpy as np
+
 from lienumba.errors import ScenarioError
 
 HEADER = "from __future__ import annotations\n"
@@ -59,7 +61,7 @@ class _Writer:
         self.pieces[f.__name__] = text
 
     def use(self, name: str, value: object, f: FunctionType) -> None:
-        literal = _literal(value)
+        literal, value = _literal(value), getattr(value, "py_func", value)  # of a function for Numba that in Python
         if literal is not None:
             self.pieces[name] = f"{name} = {literal}\n"
         elif isinstance(value, ModuleType) and _of_library(value):
@@ -108,6 +110,8 @@ def _literal(value: object) -> str | None:
         return f'float("{value}")'
     if value is None or isinstance(value, bool | int | float | str):
         return repr(value)
+    if isinstance(value, np.ndarray) and value.dtype.kind in "bif":
+        return f"__import__('numpy').array({_literal(value.tolist())}, '{value.dtype.str}')"
     if isinstance(value, tuple | list):
         inner = [_literal(x) for x in value]
         if any(x is None for x in inner):

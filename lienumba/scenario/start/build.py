@@ -34,7 +34,7 @@ from lienumba.scenario.base.code import function_of
 from lienumba.scenario.checks.methods import may_change
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.scenario import Body, ModelSection, StartSection, StartState
-from lienumba.scenario.start.code import code_of, tried
+from lienumba.scenario.start.code import check_derivatives, code_of, tried
 from lienumba.sweep.distributions.base import NUMBER
 from lienumba.sweep.noise import Courses, RecordedCourses
 
@@ -49,6 +49,7 @@ def build(scenario: Scenario, samples: Sampled, labels: Sequence[int] | None = N
         held = scenario.parameters.held_values(samples)
         noise, parameters = _Noise.of(scenario, labels), scenario.parameters
         model, start = _Builder(numbered(scenario, samples), scenario.data.files, held, noise).build()
+        check_derivatives(model, scenario.data.integrator)
         if may_change(scenario.data.integrator):
             model = with_stops(model)
         values = parameters.values(samples)

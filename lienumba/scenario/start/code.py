@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from lienumba.compiler.foreign.calls import TRACED, called_by
 from lienumba.compiler.symbols import COMPARISONS, Graph, Symbol, live
-from lienumba.errors import ScenarioError
+from lienumba.errors import BadValueError, ScenarioError
 from lienumba.groups.state import ELEMENT
+from lienumba.integrators.methods import METHODS
 from lienumba.laws import Load
 from lienumba.mechanics.elements import quantities, user_laws
 from lienumba.mechanics.mechanism import kinematics
@@ -19,9 +21,15 @@ from lienumba.mechanics.mechanism.model import GROUND, Code, Force, Model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.numerics.jets import Jet, lift
 from lienumba.scenario.base.code import line_of, said_of
+from lienumba.scenario.schema.scenario import Integrator
 from lienumba.words import listed, show, suggestion
 
 REMEDIES = (  # of errors of Python, by what they say
+    (
+        "cannot determine Numba type",
+        "calls a function of Numba on a number of the state",
+        "decorate it with @lienumba.jit instead",
+    ),
     (
         "may not branch",
         "decides on a number of the state, which is known only while it runs",
@@ -106,15 +114,29 @@ def tried(model: Model) -> Model:
 
     symbolic = map_numbers(placed, slot, slot)
     now = _state(symbolic, graph)
-    for force in symbolic.forces:
-        if force.code is not None:
-            _try_force(symbolic, force, now)
+    jitted = [() if force.code is None else _try_force(symbolic, force, now) for force in symbolic.forces]
     codes = [None if j.code is None else _tried_joint(symbolic, n, now) for n, j in enumerate(placed.joints)]
     first = map_numbers(placed, _first)
     for n, code in enumerate(codes):
         if code is not None and code.level == "velocity":
             _check_affine(first, n)
-    return replace(model, joints=tuple(replace(j, code=c) for j, c in zip(model.joints, codes, strict=True)))
+    forces = (
+        replace(force, code=replace(force.code, jitted=names)) if force.code is not None and names else force
+        for force, names in zip(model.forces, jitted, strict=True)
+    )
+    joints = (replace(j, code=c) for j, c in zip(model.joints, codes, strict=True))
+    return replace(model, joints=tuple(joints), forces=tuple(forces))
+
+
+def check_derivatives(model: Model, integrator: Integrator) -> None:
+    """A ScenarioError for a law that has no derivatives at all times, with a method that needs them."""
+    if not (METHODS[integrator.method].series or METHODS[integrator.method].implicit):
+        return
+    for force in model.forces:
+        if force.code is not None and force.code.jitted and force.code.every is None:
+            rule = f'integrator.method = "{integrator.method}" differentiates it, but it calls {force.code.jitted[0]}'
+            remedy = f"sample it (every), choose an explicit method, or {TRACED}"
+            raise ScenarioError.at(f"model.forces.{force.name}", f"{rule}, a @lienumba.jit function", remedy)
 
 
 def _first(number: object, structural: bool) -> Any:
@@ -122,7 +144,8 @@ def _first(number: object, structural: bool) -> Any:
     return number if isinstance(number, float | int) else float(np.asarray(number).flat[0])
 
 
-def _try_force(model: Model, force: Force, now: Instant) -> None:
+def _try_force(model: Model, force: Force, now: Instant) -> tuple[str, ...]:
+    """Try a law; the names of the functions by `lienumba.jit` that it calls."""
     assert force.code is not None
     place = f"model.forces.{force.name}"
     if force.code.returns == user_laws.POTENTIAL:
@@ -134,8 +157,9 @@ def _try_force(model: Model, force: Force, now: Instant) -> None:
             rule = f"must return one number, a potential energy in J, but returns {_kind(found)}"
             raise ScenarioError.at(place, rule, 'return the energy, or write returns = "loads"')
         _check_same(place, [found], [again])
+        _refuse_jitted(place, [found], "a potential energy", "return loads instead")
         _refuse_velocities(place, [found], "a potential energy depends on positions only", "return loads instead")
-        return
+        return ()
     _check_levels(place, model, force.code, quantities.VELOCITY)
     loads, rates = _called(place, force.code, lambda: user_laws.outcome(model, force, now))
     loads_again, rates_again = _called(place, force.code, lambda: user_laws.outcome(model, force, now))
@@ -149,6 +173,7 @@ def _try_force(model: Model, force: Force, now: Instant) -> None:
         if not _is_number(x):
             raise ScenarioError.at(place, f"the state {name} needs a number, but it returns {_kind(x)}", "correct it")
     _check_same(place, [*_numbers(loads), *rates], [*_numbers(loads_again), *rates_again])
+    return called_by([*_numbers(loads), *rates])
 
 
 def _numbers(loads: Sequence[Load]) -> list[Any]:
@@ -180,6 +205,7 @@ def _tried_joint(model: Model, index: int, now: Instant) -> Code:
     if not rows:
         raise ScenarioError.at(place, "returns no equation", "return one number or several that vanish where it holds")
     _check_same(place, rows, again)
+    _refuse_jitted(place, rows, "an equation of a joint", TRACED)
     level = joint.code.level
     for row in rows:
         if not _reads(row, 0 if level == "position" else VELOCITIES):
@@ -204,6 +230,8 @@ def _called(place: str, code: Code, call: Callable[[], Any]) -> Any:
         return call()
     except user_laws.LawError as error:
         raise ScenarioError.at(place, f"{code.function.__name__}: {error}") from None
+    except BadValueError as error:
+        raise ScenarioError(error.at(place)) from None
     except (Exception, SystemExit) as error:
         name, line = f"{code.function.__name__} in {file}", line_of(error, file)
         known = next((known for sign, *known in REMEDIES if sign in str(error)), None)
@@ -239,6 +267,13 @@ def _check_levels(place: str, model: Model, code: Code, allowed: int) -> None:
 def _refuse_velocities(place: str, rows: Sequence[Any], why: str, remedy: str) -> None:
     if any(_reads(row, VELOCITIES) for row in rows):
         raise ScenarioError.at(place, f"depends on velocities, but {why}", remedy)
+
+
+def _refuse_jitted(place: str, rows: Sequence[Any], what: str, remedy: str) -> None:
+    if names := called_by(rows):
+        raise ScenarioError.at(
+            place, f"{what} is differentiated, but calls {names[0]}, a @lienumba.jit function", remedy
+        )
 
 
 def _reads(row: object, first: int) -> bool:

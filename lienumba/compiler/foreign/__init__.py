@@ -1,0 +1,1 @@
+"""Functions of another compiler in a graph: `lienumba.jit`."""

@@ -1,0 +1,143 @@
+"""Numba compiles a function for rows of lanes, and lienumba takes over its LLVM text.
+
+Each lane is guarded: where the function raises, or returns what is not finite, all outputs of the lane are NaN. The
+text calls nothing outside of itself, so it needs no Numba, and no mathematics library decides about its bits.
+"""
+
+import re
+from collections.abc import Iterator, Sequence
+from types import FunctionType
+from typing import Any
+
+from llvmlite import binding
+from numba import njit
+from numba.core import types
+from numba.core.errors import NumbaError
+
+from lienumba import laws
+from lienumba.compiler import jit
+from lienumba.compiler.foreign.calls import Foreign
+from lienumba.errors import BadValueError
+
+OPTIONS = {"error_model": "numpy", "boundscheck": True}  # a division by 0 is infinite, an index out of range raises
+EXACT = (  # intrinsics of LLVM that are instructions, or exact
+    "abs", "assume", "bswap", "ceil", "copysign", "ctlz", "ctpop", "cttz", "expect", "experimental", "fabs", "floor",
+    "fptosi", "fptoui", "fshl", "fshr", "lifetime", "masked", "maximum", "maxnum", "minimum", "minnum", "nearbyint",
+    "rint", "round", "roundeven", "sadd", "smax", "smin", "smul", "sqrt", "ssub", "stackrestore", "stacksave", "trunc",
+    "uadd", "umax", "umin", "umul", "usub", "vector",
+)  # fmt: skip
+LAWS = {"pow": "exp and log", "exp2": "exp"}  # functions of lienumba.laws in place of a symbol
+REMEDIES = (  # by how a symbol begins
+    ("frem", "uses % or // of floats, an operation of a mathematics library", "take mod and floor of lienumba.laws"),
+    ("mem", "moves memory", "write it with loops over numbers"),
+    ("NRT_", "allocates memory", "keep its numbers in variables and tuples; tables may be arrays of the module"),
+    ("Py", "needs Python while it runs", "let it raise with constant texts, and print nothing"),
+    ("_Py", "needs Python while it runs", "let it raise with constant texts, and print nothing"),
+    ("numba_", "needs Numba while it runs", "write it with loops, or with functions of lienumba.laws"),
+)
+
+
+def compiled(function: FunctionType, symbol: str, sizes: Sequence[int]) -> Foreign:
+    """The function for arguments of these sizes (0 for a number, n for a tuple of n) under this symbol.
+
+    Raises BadValueError for what cannot be compiled, or calls something outside of itself.
+    """
+    jit.register()
+    types_of = tuple(types.UniTuple(types.float64, size) if size else types.float64 for size in sizes)
+    inner = njit(**OPTIONS)(function)
+    try:
+        inner.compile(types_of)
+        outputs, scalar = _returned(function.__name__, inner.overloads[types_of].signature.return_type)
+        names: dict[str, Any] = {"function": inner}
+        exec("\n".join(_source(sizes, outputs, scalar)), names)
+        whole = njit(**OPTIONS | {"boundscheck": False}, no_cpython_wrapper=True, no_cfunc_wrapper=True)(names["block"])
+        pointer = types.CPointer(types.float64)
+        signature = (pointer, pointer, types.int64)
+        whole.compile(signature)
+    except NumbaError as error:
+        said = _said(str(error), function.__code__.co_filename)
+        raise BadValueError(f"Numba cannot compile {function.__name__}: {said}", "correct it") from None
+    made = whole.overloads[signature]
+    text = _complete(function.__name__, made.library.get_llvm_str(), made.fndesc.llvm_func_name, symbol)
+    return Foreign(symbol, function.__name__, outputs, scalar, text)
+
+
+def _returned(name: str, kind: types.Type) -> tuple[int, bool]:
+    """How many numbers a function returns, and whether that is a single one."""
+    each = tuple(kind) if isinstance(kind, types.BaseTuple) else (kind,)
+    numbers = (types.Float, types.Integer, types.Boolean)
+    if not each or not all(isinstance(x, numbers) for x in each):
+        raise BadValueError(f"{name} returns {kind}", "let it return a number, or a tuple of numbers")
+    return len(each), not isinstance(kind, types.BaseTuple)
+
+
+def _source(sizes: Sequence[int], outputs: int, scalar: bool) -> Iterator[str]:
+    """Of the function of rows of lanes."""
+    first, given = 0, []
+    for size in sizes:
+        rows = [f"given[{row} * lanes + lane]" for row in range(first, first + max(size, 1))]
+        given.append(f"({', '.join(rows)},)" if size else rows[0])
+        first += len(rows)
+    found, kept = ([f"{name}{n}" for n in range(outputs)] for name in "xy")
+    yield "def block(given, found, lanes):"
+    yield "    for lane in range(lanes):"
+    yield f"        {' = '.join(kept)} = float('nan')"
+    yield "        try:"
+    yield f"            {found[0] if scalar else ', '.join(found) + ','} = function({', '.join(given)})"
+    for x in found:
+        yield f"            {x} = 1.0 * {x}"
+    yield f"            if {' + '.join(f'({x} - {x})' for x in found)} == 0.0:"
+    for x, y in zip(found, kept, strict=True):
+        yield f"                {y} = {x}"
+    yield "        except Exception:"
+    yield "            pass"
+    for n, y in enumerate(kept):
+        yield f"        found[{n} * lanes + lane] = {y}"
+
+
+def _complete(name: str, text: str, entry: str, symbol: str) -> str:
+    """The text of a module with one function that is seen from outside, under this symbol, and all that it needs."""
+    module = binding.parse_assembly(text)
+    for x in (*module.functions, *module.global_variables):
+        if not x.is_declaration:
+            x.linkage = "external" if x.name == entry else "internal"
+    module.get_function(entry).name = symbol
+    passes = binding.create_new_module_pass_manager()
+    passes.add_global_dead_code_eliminate_pass()
+    machine = binding.Target.from_default_triple().create_target_machine()
+    passes.run(module, binding.create_pass_builder(machine, binding.create_pipeline_tuning_options(speed_level=1)))
+    for outside in _outside(module):
+        raise _refused(name, outside)
+    return str(module)
+
+
+def _outside(module: Any) -> Iterator[str]:
+    """What a module calls outside of itself, or lets a library do."""
+    for x in (*module.functions, *module.global_variables):
+        _, intrinsic, rest = x.name.partition("llvm.")
+        if x.is_declaration and not (intrinsic and rest.partition(".")[0] in EXACT):
+            yield rest.partition(".")[0] if intrinsic else x.name
+    for function in module.functions:
+        for block in function.blocks:
+            if any(instruction.opcode == "frem" for instruction in block.instructions):
+                yield "frem"
+
+
+def _refused(name: str, symbol: str) -> BadValueError:
+    """The error of a symbol that is not part of a text."""
+    for start, what, remedy in REMEDIES:
+        if symbol.startswith(start):
+            return BadValueError(f"{name} {what} ({symbol})", remedy)
+    rule = f"{name} calls {symbol} of a mathematics library, whose bits differ between machines"
+    instead = LAWS.get(symbol, symbol if symbol in laws.__all__ else "other functions")
+    return BadValueError(rule, f"take {instead} of lienumba.laws")
+
+
+def _said(message: str, file: str) -> str:
+    """The sentence in a message of Numba's, and the line of the user's file that it names."""
+    text = re.sub(r"\x1b\[[\d;]*m", "", message)
+    text = re.sub(r"<(?:built-in )?function (\w+)[^>]*>", r"\1", re.sub(r" from '[^']*'", "", text))
+    lines = [line.strip() for line in text.splitlines()]
+    useful = [line for line in lines if line and not line.startswith(("Failed in", "File ", "During:", "-", "^"))]
+    numbers = re.findall(rf'File "{re.escape(file)}", line (\d+)', text)
+    return f"{' '.join(useful[:2])}{f' (line {numbers[0]})' if numbers else ''}"

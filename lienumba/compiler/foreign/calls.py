@@ -1,0 +1,109 @@
+"""Calls of functions that another compiler made: nodes of a graph, and the LLVM text behind them.
+
+A function is known by its symbol and its text. It has the signature  i32 (result, error, given, found, lanes):  it
+reads each argument from a row of `lanes` doubles at `given` and writes each output to a row at `found`, lane by lane.
+The first two are room for what its compiler returns; the error has to be null before. In a graph it is a node `call`
+with the symbol and the arguments, and each output is a node `part`. Nothing is known of its derivatives.
+"""
+
+import ctypes
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from lienumba.compiler.symbols import Graph, Symbol, reached
+from lienumba.errors import ScenarioError
+from lienumba.numerics.number import Number
+
+PREFIX = "lienumba_call_"  # of every symbol
+DECLARATION = "declare i32 @{}(ptr, ptr, ptr, ptr, i64)\n"
+TRACED = "write it with the functions of lienumba.laws, without @lienumba.jit"
+
+
+@dataclass(frozen=True)
+class Foreign:
+    """name: that of the user's function; scalar: whether its output is a number, not a tuple of one; text: LLVM text
+    that defines the symbol, complete in itself."""
+
+    symbol: str
+    name: str
+    outputs: int
+    scalar: bool
+    text: str
+
+
+KNOWN: dict[str, Foreign] = {}  # by symbol: those that this process has called
+
+
+def call(symbol: str, *numbers: Number) -> Any:
+    """The call as a node of the graph of its arguments; on floats and arrays the outputs."""
+    graph = next((x.graph for x in numbers if isinstance(x, Symbol)), None)
+    return _evaluated(symbol, numbers) if graph is None else recorded(graph, symbol, numbers)
+
+
+def recorded(graph: Graph, symbol: str, numbers: Sequence[Number]) -> Symbol:
+    """The call as a node of a graph."""
+    return graph.node("call", symbol, *(x if isinstance(x, Symbol) else float(x) for x in numbers))  # type: ignore[arg-type]
+
+
+def part(called: Any, n: int) -> Any:
+    """One output of a call."""
+    return called.graph.node("part", called, n) if isinstance(called, Symbol) else called[n]
+
+
+def called_by(values: Sequence[object]) -> tuple[str, ...]:
+    """The names of the functions on whose outputs values of a graph depend."""
+    return tuple(sorted({name_of(node) for node in reached(values) if node.op == "call"}))
+
+
+def name_of(node: Symbol) -> str:
+    """The name of the function that a node calls."""
+    return KNOWN[node.args[0]].name
+
+
+def underivable(name: str) -> ScenarioError:
+    """The error where the derivative of a function is needed."""
+    rule = "is compiled by @lienumba.jit and so has no derivative, which is needed here"
+    return ScenarioError.at(f"the function {name}", rule, f"sample its law (every), or {TRACED}")
+
+
+def linked(text: str) -> str:
+    """LLVM text of kernels with the functions that it calls."""
+    symbols = sorted(set(re.findall(rf"@({PREFIX}\w+)\(", text)))
+    if not symbols:
+        return text
+    from llvmlite import binding
+
+    module = binding.parse_assembly(text + "\n" + "".join(map(DECLARATION.format, symbols)))
+    for symbol in symbols:
+        module.link_in(binding.parse_assembly(KNOWN[symbol].text))
+    for function in module.functions:
+        if function.name in symbols:
+            function.linkage = "internal"
+    return str(module)
+
+
+def _evaluated(symbol: str, numbers: Sequence[Any]) -> list[Any]:
+    """The outputs: floats, or arrays where an argument is one."""
+    shape = np.broadcast_shapes(*(np.shape(x) for x in numbers))
+    given = np.array([np.broadcast_to(x, shape).ravel() for x in numbers], np.float64)
+    found = np.empty((KNOWN[symbol].outputs, int(np.prod(shape))))
+    room = np.zeros(2, np.int64)
+    first = room.ctypes.data
+    _machine(symbol)(first, first + 8, given.ctypes.data, found.ctypes.data, found.shape[1])
+    return [row.reshape(shape) for row in found] if shape else [float(x) for x in found[:, 0]]
+
+
+@cache
+def _machine(symbol: str) -> Callable[..., int]:
+    """The function as machine code; its engine lives as long as the process."""
+    from lienumba.compiler import native
+
+    engine, addresses = native.load(native.compile_text(KNOWN[symbol].text), [symbol])
+    function = ctypes.CFUNCTYPE(ctypes.c_int32, *[ctypes.c_void_p] * 4, ctypes.c_int64)(addresses[symbol])
+    function.engine = engine  # type: ignore[attr-defined]
+    return function

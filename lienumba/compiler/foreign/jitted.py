@@ -1,0 +1,118 @@
+"""`lienumba.jit`: a function that Numba compiles, called from laws that are traced.
+
+What it does is known by its bytecode, by the values that it reads and by the versions of Numba and lienumba. So its
+text is found in the cache, and later processes import no Numba.
+"""
+
+import functools
+import hashlib
+import inspect
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from importlib.metadata import version
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+
+from lienumba.compiler import cache, native
+from lienumba.compiler.foreign import calls
+from lienumba.compiler.foreign.calls import KNOWN, PREFIX, Foreign
+from lienumba.compiler.foreign.identity import identity
+from lienumba.compiler.symbols import Symbol
+from lienumba.errors import BadValueError
+from lienumba.laws import Vector
+from lienumba.numerics.jets import Jet
+
+SOURCES = ("compiler/foreign", "compiler/jit.py", "groups", "numerics")  # of lienumba, that decide about a text
+NUMBER = 0  # the size of an argument that is no tuple
+TUPLES = (tuple, list, Vector)
+
+
+class Jitted:
+    """A function that Numba compiles, see `jit`. `py_func`: the function as it is written."""
+
+    __name__: str
+
+    def __init__(self, function: FunctionType) -> None:
+        functools.update_wrapper(self, function)
+        self.py_func = function
+        self._signature = inspect.signature(function)
+
+    def __call__(self, *arguments: object, **named: object) -> Any:
+        """Its outputs: symbols of the graph of its arguments, or on floats and arrays of runs numbers like them."""
+        bound = self._signature.bind(*arguments, **named)
+        bound.apply_defaults()
+        if bound.kwargs:
+            raise BadValueError(f"{self.__name__} takes {next(iter(bound.kwargs))} by name only", "leave the * out")
+        numbers: list[Any] = []
+        for x in bound.args:
+            numbers += x if isinstance(x, TUPLES) else (x,)
+        self._check(numbers)
+        made = self.compiled([len(x) if isinstance(x, TUPLES) else NUMBER for x in bound.args])
+        called = calls.call(made.symbol, *numbers)
+        found = tuple(calls.part(called, n) for n in range(made.outputs))
+        return found[0] if made.scalar else found
+
+    def _check(self, numbers: Sequence[object]) -> None:
+        for x in numbers:
+            if isinstance(x, Jet):
+                raise calls.underivable(self.__name__)
+            if not isinstance(x, Symbol | float | int | np.number | np.ndarray):
+                rule = f"{self.__name__} gets {x!r}, a {type(x).__name__}"
+                raise BadValueError(rule, "give it numbers, or tuples of numbers")
+
+    def compiled(self, sizes: Sequence[int]) -> Foreign:
+        """The compiled function for arguments of these sizes."""
+        said = identity(self.py_func), repr(sizes), version("numba"), _sources(), *native.cpu()
+        symbol = PREFIX + hashlib.sha256("\0".join(said).encode()).hexdigest()[:32]
+        if symbol not in KNOWN:
+            KNOWN[symbol] = Foreign(**json.loads(cache.remember(symbol, lambda: self._made(symbol, sizes))))
+        return KNOWN[symbol]
+
+    def _made(self, symbol: str, sizes: Sequence[int]) -> bytes:
+        from lienumba.compiler.foreign import blocks
+
+        return json.dumps(asdict(blocks.compiled(self.py_func, symbol, sizes))).encode()
+
+
+def jit(function: Callable[..., Any]) -> Jitted:
+    """Compile a function with Numba, so that laws in Python may call it.
+
+    It may branch on its numbers, loop, and read numbers, tuples and arrays of its module, such as tables. It is called
+    for one run at a time. A run in which it raises, or returns what is not finite, fails alone. It may call functions
+    of `lienumba.laws` and others with this decorator, but neither a mathematics library (`math.sin`, `np.exp`, `**`
+    with an exponent that is not whole) nor what allocates memory (`np.empty`): their bits differ between machines, or
+    they need Numba while runs go on. It has no derivative: a law that calls it at every time, not at samples (`every`),
+    excludes `taylor`, implicit methods, `linearise`, `modes` and equilibria.
+
+    Parameters
+    ----------
+    function : callable
+        A plain function of numbers, or of tuples of numbers (a `Vector` arrives as a tuple of three). It returns a
+        number, or a tuple of numbers.
+
+    Returns
+    -------
+    callable
+        To be called in laws; on floats it returns floats, NaN where it fails.
+
+    Raises
+    ------
+    ValueError
+        For what is not a plain function; where it is called, for what Numba or lienumba cannot compile.
+    """
+    if not isinstance(function, FunctionType):
+        raise BadValueError(
+            f"lienumba.jit takes a plain function, not a {type(function).__name__}", "write it with def"
+        )
+    return Jitted(function)
+
+
+@functools.cache
+def _sources() -> str:
+    """A digest of SOURCES."""
+    places = (cache.PACKAGE / name for name in SOURCES)
+    files = sorted(path for place in places for path in ([place] if place.is_file() else place.rglob("*.py")))
+    return hashlib.sha256(b"\0".join(path.read_bytes() for path in files)).hexdigest()
