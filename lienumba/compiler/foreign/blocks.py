@@ -10,13 +10,15 @@ from types import FunctionType
 from typing import Any
 
 from llvmlite import binding
-from numba import njit
-from numba.core import types
+from numba import njit, types
 from numba.core.errors import NumbaError
+from numba.extending import typeof_impl
 
 from lienumba import laws
 from lienumba.compiler import jit
 from lienumba.compiler.foreign.calls import Foreign
+from lienumba.compiler.foreign.identity import identity
+from lienumba.compiler.foreign.jitted import Jitted
 from lienumba.errors import BadValueError
 
 OPTIONS = {"error_model": "numpy", "boundscheck": True}  # a division by 0 is infinite, an index out of range raises
@@ -35,6 +37,16 @@ REMEDIES = (  # by how a symbol begins
     ("_Py", "needs Python while it runs", "let it raise with constant texts, and print nothing"),
     ("numba_", "needs Numba while it runs", "write it with loops, or with functions of lienumba.laws"),
 )
+_CALLED: dict[str, Any] = {}  # functions that others call, by their identity
+
+
+@typeof_impl.register(Jitted)
+def typeof_jitted(function: Jitted, context: Any) -> types.Type:
+    """Of one that another one calls. Numba holds it by a weak reference, and freezes what it reads."""
+    said = identity(function.py_func)
+    if said not in _CALLED:
+        _CALLED[said] = njit(**OPTIONS)(function.py_func)
+    return types.Dispatcher(_CALLED[said])
 
 
 def compiled(function: FunctionType, symbol: str, sizes: Sequence[int]) -> Foreign:
