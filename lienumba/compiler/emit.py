@@ -200,29 +200,29 @@ class _Writer:
     def _call(self, node: Symbol) -> None:
         """A function of another compiler, whose arguments and outputs are rows of lanes on the stack."""
         symbol, *given = node.args
-        values, number, v = [self._value(x) for x in given], self.computed, VALUES.name
+        values, n, v = [self._value(x) for x in given], self.computed, VALUES.name
         lines = self.segments[-1].lines
-        lines.append(f"%g{number} = alloca [{len(given)} x {v}], align 8")
-        lines.append(f"%r{number} = alloca [{KNOWN[symbol].outputs} x {v}], align 8")
-        lines.append(f"%e{number} = alloca [2 x ptr], align 8")
-        for n, x in enumerate(values):
-            lines.append(f"%g{number}.{n} = getelementptr {v}, ptr %g{number}, i64 {n}")
-            lines.append(f"store {v} {x}, ptr %g{number}.{n}, align 8")
-        lines.append(f"%e{number}.1 = getelementptr ptr, ptr %e{number}, i64 1")
-        lines.append(f"store ptr null, ptr %e{number}.1, align 8")
-        room = f"ptr %e{number}, ptr %e{number}.1, ptr %g{number}, ptr %r{number}, i64 {VALUES.lanes}"
-        lines.append(f"%s{number} = call i32 @{symbol}({room})")
-        self.names[node.id] = f"%r{number}"
+        lines.append(f"%given{n} = alloca [{len(given)} x {v}], align 8")
+        lines.append(f"%found{n} = alloca [{KNOWN[symbol].outputs} x {v}], align 8")
+        lines.append(f"%room{n} = alloca [2 x ptr], align 8")
+        for row, x in enumerate(values):
+            lines.append(f"%given{n}.{row} = getelementptr {v}, ptr %given{n}, i64 {row}")
+            lines.append(f"store {v} {x}, ptr %given{n}.{row}, align 8")
+        lines.append(f"%error{n} = getelementptr ptr, ptr %room{n}, i64 1")
+        lines.append(f"store ptr null, ptr %error{n}, align 8")
+        arguments = f"ptr %room{n}, ptr %error{n}, ptr %given{n}, ptr %found{n}, i64 {VALUES.lanes}"
+        lines.append(f"%status{n} = call i32 @{symbol}({arguments})")
+        self.names[node.id] = f"%found{n}"
         self.computed += 1
 
     def _part(self, node: Symbol) -> None:
         """An output of a call, which is in the same segment."""
-        (called, n), number, v = node.args, self.computed, VALUES.name
+        (called, row), n, v = node.args, self.computed, VALUES.name
         self.segments[-1].lines += [
-            f"%r{number} = getelementptr {v}, ptr {self.names[called.id]}, i64 {n}",
-            f"%v{number} = load {v}, ptr %r{number}, align 8",
+            f"%place{n} = getelementptr {v}, ptr {self.names[called.id]}, i64 {row}",
+            f"%v{n} = load {v}, ptr %place{n}, align 8",
         ]
-        self.names[node.id] = f"%v{number}"
+        self.names[node.id] = f"%v{n}"
         self.computed += 1
 
     def _compute(self, node: Symbol) -> None:

@@ -21,7 +21,8 @@ from lienumba.compiler.foreign.identity import identity
 from lienumba.compiler.foreign.jitted import Jitted
 from lienumba.errors import BadValueError
 
-OPTIONS = {"error_model": "numpy", "boundscheck": True}  # a division by 0 is infinite, an index out of range raises
+# A division by 0 is infinite, an index out of range raises.
+OPTIONS = {"error_model": "numpy", "boundscheck": True, "forceinline": True}
 EXACT = (  # intrinsics of LLVM that are instructions, or exact
     "abs", "assume", "bswap", "ceil", "copysign", "ctlz", "ctpop", "cttz", "expect", "experimental", "fabs", "floor",
     "fptosi", "fptoui", "fshl", "fshr", "lifetime", "masked", "maximum", "maxnum", "minimum", "minnum", "nearbyint",
@@ -36,6 +37,13 @@ REMEDIES = (  # by how a symbol begins
     ("Py", "needs Python while it runs", "let it raise with constant texts, and print nothing"),
     ("_Py", "needs Python while it runs", "let it raise with constant texts, and print nothing"),
     ("numba_", "needs Numba while it runs", "write it with loops, or with functions of lienumba.laws"),
+)
+# Of up to 99 bytes, as tuples have them: at low levels of optimisation LLVM would call the C library.
+_POINTER, _SIZE = r"ptr [^%,]*(?P<{}>%[\w.]+)", r"i64 (?P<size>\d\d?), i1 false"
+SMALL_ZEROS = re.compile(rf"(?:tail )?call void @llvm\.memset\.p0\.i64\({_POINTER.format('to')}, i8 0, {_SIZE}\)")
+SMALL_COPY = re.compile(
+    rf"(?:tail )?call void @llvm\.mem(?:cpy|move)\.p0\.p0\.i64\({_POINTER.format('to')}, "
+    rf"{_POINTER.format('source')}, {_SIZE}\)"
 )
 _CALLED: dict[str, Any] = {}  # functions that others call, by their identity
 
@@ -62,7 +70,7 @@ def compiled(function: FunctionType, symbol: str, sizes: Sequence[int]) -> Forei
         outputs, scalar = _returned(function.__name__, inner.overloads[types_of].signature.return_type)
         names: dict[str, Any] = {"function": inner}
         exec("\n".join(_source(sizes, outputs, scalar)), names)
-        whole = njit(**OPTIONS | {"boundscheck": False}, no_cpython_wrapper=True, no_cfunc_wrapper=True)(names["block"])
+        whole = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)(names["block"])
         pointer = types.CPointer(types.float64)
         signature = (pointer, pointer, types.int64)
         whole.compile(signature)
@@ -109,7 +117,7 @@ def _source(sizes: Sequence[int], outputs: int, scalar: bool) -> Iterator[str]:
 
 def _complete(name: str, text: str, entry: str, symbol: str) -> str:
     """The text of a module with one function that is seen from outside, under this symbol, and all that it needs."""
-    module = binding.parse_assembly(text)
+    module = binding.parse_assembly(SMALL_COPY.sub(_copied, SMALL_ZEROS.sub(_zeros, text)))
     for x in (*module.functions, *module.global_variables):
         if not x.is_declaration:
             x.linkage = "external" if x.name == entry else "internal"
@@ -121,6 +129,16 @@ def _complete(name: str, text: str, entry: str, symbol: str) -> str:
     for outside in _outside(module):
         raise _refused(name, outside)
     return str(module)
+
+
+def _zeros(found: re.Match[str]) -> str:
+    return f"store [{found['size']} x i8] zeroinitializer, ptr {found['to']}, align 1"
+
+
+def _copied(found: re.Match[str]) -> str:
+    value, kind = f"%copied.{found.start()}", f"[{found['size']} x i8]"
+    load = f"{value} = load {kind}, ptr {found['source']}, align 1"
+    return f"{load}\n  store {kind} {value}, ptr {found['to']}, align 1"
 
 
 def _outside(module: Any) -> Iterator[str]:
