@@ -6,6 +6,7 @@ text calls nothing outside of itself, so it needs no Numba, and no mathematics l
 
 import re
 from collections.abc import Iterator, Sequence
+from math import nan
 from types import FunctionType
 from typing import Any
 
@@ -22,7 +23,8 @@ from lienumba.compiler.foreign.jitted import Jitted
 from lienumba.errors import BadValueError
 
 # A division by 0 is infinite, an index out of range raises.
-OPTIONS = {"error_model": "numpy", "boundscheck": True, "forceinline": True}
+OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+GUARDED = OPTIONS | {"boundscheck": True, "forceinline": True}
 EXACT = (  # intrinsics of LLVM that are instructions, or exact
     "abs", "assume", "bswap", "ceil", "copysign", "ctlz", "ctpop", "cttz", "expect", "experimental", "fabs", "floor",
     "fptosi", "fptoui", "fshl", "fshr", "lifetime", "masked", "maximum", "maxnum", "minimum", "minnum", "nearbyint",
@@ -53,7 +55,7 @@ def typeof_jitted(function: Jitted, context: Any) -> types.Type:
     """Of one that another one calls. Numba holds it by a weak reference, and freezes what it reads."""
     said = identity(function.py_func)
     if said not in _CALLED:
-        _CALLED[said] = njit(**OPTIONS)(function.py_func)
+        _CALLED[said] = njit(**GUARDED)(function.py_func)
     return types.Dispatcher(_CALLED[said])
 
 
@@ -64,13 +66,14 @@ def compiled(function: FunctionType, symbol: str, sizes: Sequence[int]) -> Forei
     """
     jit.register()
     types_of = tuple(types.UniTuple(types.float64, size) if size else types.float64 for size in sizes)
-    inner = njit(**OPTIONS)(function)
+    inner = njit(**GUARDED)(function)
     try:
         inner.compile(types_of)
         outputs, scalar = _returned(function.__name__, inner.overloads[types_of].signature.return_type)
-        names: dict[str, Any] = {"function": inner}
+        names: dict[str, Any] = {"function": inner, "outputs": outputs, "nan": nan}
         exec("\n".join(_source(sizes, outputs, scalar)), names)
-        whole = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)(names["block"])
+        names["lane_of"] = njit(**GUARDED)(names["lane_of"])
+        whole = njit(**OPTIONS)(names["block"])
         pointer = types.CPointer(types.float64)
         signature = (pointer, pointer, types.int64)
         whole.compile(signature)
@@ -92,27 +95,27 @@ def _returned(name: str, kind: types.Type) -> tuple[int, bool]:
 
 
 def _source(sizes: Sequence[int], outputs: int, scalar: bool) -> Iterator[str]:
-    """Of the function of rows of lanes."""
+    """Of the function of one lane, and of all. Numba cuts what stands between try and except into many pieces: it is
+    one call."""
     first, given = 0, []
     for size in sizes:
         rows = [f"given[{row} * lanes + lane]" for row in range(first, first + max(size, 1))]
         given.append(f"({', '.join(rows)},)" if size else rows[0])
         first += len(rows)
-    found, kept = ([f"{name}{n}" for n in range(outputs)] for name in "xy")
+    found = [f"x{n}" for n in range(outputs)]
+    yield "def lane_of(given, found, lanes, lane):"
+    yield f"    {', '.join(found)}{'' if scalar else ','} = function({', '.join(given)})"
+    yield f"    if {' + '.join(f'0.0 * {x}' for x in found)} == 0.0:"
+    for n, x in enumerate(found):
+        yield f"        found[{n} * lanes + lane] = {x}"
     yield "def block(given, found, lanes):"
     yield "    for lane in range(lanes):"
-    yield f"        {' = '.join(kept)} = float('nan')"
+    yield "        for row in range(outputs):"
+    yield "            found[row * lanes + lane] = nan"
     yield "        try:"
-    yield f"            {found[0] if scalar else ', '.join(found) + ','} = function({', '.join(given)})"
-    for x in found:
-        yield f"            {x} = 1.0 * {x}"
-    yield f"            if {' + '.join(f'({x} - {x})' for x in found)} == 0.0:"
-    for x, y in zip(found, kept, strict=True):
-        yield f"                {y} = {x}"
+    yield "            lane_of(given, found, lanes, lane)"
     yield "        except Exception:"
     yield "            pass"
-    for n, y in enumerate(kept):
-        yield f"        found[{n} * lanes + lane] = {y}"
 
 
 def _complete(name: str, text: str, entry: str, symbol: str) -> str:

@@ -10,9 +10,15 @@ from typing import Any
 
 import numpy as np
 
+from lienumba import laws
 from lienumba.errors import BadValueError
 
 LIBRARIES = {"builtins", "lienumba", "numba", "numpy", *sys.stdlib_module_names}  # known by their versions
+UNSURE = {  # functions of mathematics libraries
+    "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "cos", "cosh", "erf", "erfc", "exp", "exp2",
+    "expm1", "gamma", "hypot", "lgamma", "log", "log10", "log1p", "log2", "pow", "power", "sin", "sinh", "tan", "tanh",
+}  # fmt: skip
+FLAGS = 0xFF  # of a code: what arguments it takes, not how its annotations are read
 REMEDY = "let it read numbers, tuples, texts, arrays and functions only, or make it an argument"
 
 
@@ -50,6 +56,10 @@ def _value(place: str, x: Any, names: tuple[str, ...], seen: set[int]) -> Iterat
             yield from _value(place, inner, names, seen)
     elif isinstance(x, np.ndarray | np.generic) and x.dtype != object:
         yield repr((x.dtype.descr, x.shape, x.flags.f_contiguous)).encode() + x.tobytes()
+    elif isinstance(function, ModuleType) and function.__name__ in ("math", "numpy"):
+        for name in names:
+            _refuse_library(place, name)
+        yield function.__name__.encode()
     elif isinstance(function, ModuleType) and not _of_library(function.__name__):
         for name in names:
             if hasattr(function, name):
@@ -59,9 +69,21 @@ def _value(place: str, x: Any, names: tuple[str, ...], seen: set[int]) -> Iterat
             seen.add(id(function))
             yield from _function(function, seen)
     elif isinstance(function, ModuleType | FunctionType | BuiltinFunctionType | type | np.ufunc):
+        if isinstance(function, BuiltinFunctionType | np.ufunc):
+            _refuse_library(place, function.__name__)
         yield f"{getattr(function, '__module__', '')}.{function.__name__}".encode()
     else:
         raise BadValueError(f"{place}, a {type(x).__name__}, which is not known", REMEDY)
+
+
+def _refuse_library(place: str, name: str) -> None:
+    """Refuse a function whose bits are up to the mathematics library, and to what LLVM makes of it beforehand."""
+    plain = name.replace("arc", "a")
+    if plain in UNSURE:
+        instead = plain if plain in laws.__all__ else "exp and log"
+        raise BadValueError(
+            f"{place} for {name}, whose bits differ between machines", f"take {instead} of lienumba.laws"
+        )
 
 
 def _of_library(module: str) -> bool:
@@ -79,7 +101,7 @@ def _code(code: CodeType) -> tuple[tuple[str, ...], tuple[str, ...], bytes]:
             elif x.opname in ("LOAD_ATTR", "LOAD_METHOD"):
                 attributes.add(x.argval)
         constants = [repr((type(x).__name__, x)) for x in inner.co_consts if not isinstance(x, CodeType)]
-        counts = inner.co_argcount, inner.co_kwonlyargcount, inner.co_flags
+        counts = inner.co_argcount, inner.co_kwonlyargcount, inner.co_flags & FLAGS
         table = getattr(inner, "co_exceptiontable", b"")
         said.append((inner.co_code, table, counts, inner.co_names, inner.co_varnames, inner.co_freevars, constants))
     return tuple(names), tuple(sorted(attributes)), repr(said).encode()

@@ -48,7 +48,7 @@ class Jitted:
             raise BadValueError(f"{self.__name__} takes {next(iter(bound.kwargs))} by name only", "leave the * out")
         numbers: list[Any] = []
         for x in bound.args:
-            numbers += x if isinstance(x, TUPLES) else (x,)
+            numbers.extend(x if isinstance(x, TUPLES) else (x,))
         self._check(numbers)
         made = self.compiled([len(x) if isinstance(x, TUPLES) else NUMBER for x in bound.args])
         called = calls.call(made.symbol, *numbers)
@@ -63,9 +63,13 @@ class Jitted:
                 rule = f"{self.__name__} gets {x!r}, a {type(x).__name__}"
                 raise BadValueError(rule, "give it numbers, or tuples of numbers")
 
+    def identity(self) -> str:
+        """What it does: its bytecode, all that it reads, and Numba's version."""
+        return f"{identity(self.py_func)} {_numba()}"
+
     def compiled(self, sizes: Sequence[int]) -> Foreign:
         """The compiled function for arguments of these sizes."""
-        said = identity(self.py_func), repr(sizes), version("numba"), _sources(), *native.cpu()
+        said = self.identity(), repr(sizes), _sources(), *native.cpu()
         symbol = PREFIX + hashlib.sha256("\0".join(said).encode()).hexdigest()[:32]
         if symbol not in KNOWN:
             KNOWN[symbol] = Foreign(**json.loads(cache.remember(symbol, lambda: self._made(symbol, sizes))))
@@ -108,6 +112,12 @@ def jit(function: Callable[..., Any]) -> Jitted:
             f"lienumba.jit takes a plain function, not a {type(function).__name__}", "write it with def"
         )
     return Jitted(function)
+
+
+@functools.cache
+def _numba() -> str:
+    """Numba's version, which is not imported for that."""
+    return f"numba {version('numba')}"
 
 
 @functools.cache

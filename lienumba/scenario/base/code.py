@@ -10,6 +10,7 @@ import linecache
 import os
 import sys
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import lru_cache
 from os.path import isfile
 from pathlib import Path
@@ -208,6 +209,18 @@ def function_of(place: str, reference: str, files: Mapping[str, str]) -> Callabl
         known = [key for key, value in namespace.items() if inspect.isfunction(value)]
         raise ScenarioError.at(at, f"{file} has no function {name}", suggestion(name, known), value)
     return function
+
+
+def jitted(files: Mapping[str, str]) -> dict[str, str]:
+    """What functions by `lienumba.jit` in Python files do, by file and name. Runs files that mention it."""
+    from lienumba.compiler.foreign.jitted import Jitted
+
+    found = {}
+    for file, text in files.items():
+        with suppress(Exception, SystemExit):  # told where the law is built
+            space = _namespace(file, text) if "lienumba" in text and "jit" in text else {}
+            found |= {f"{file}:{name}": x.identity() for name, x in space.items() if isinstance(x, Jitted)}
+    return found
 
 
 @lru_cache(maxsize=64)

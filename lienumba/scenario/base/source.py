@@ -14,6 +14,7 @@ import numpy as np
 
 from lienumba.errors import ScenarioError
 
+ARRAY = "numpy.array("
 HEADER = "from __future__ import annotations\n"
 LIBRARIES = tuple(sysconfig.get_paths()[key] for key in ("stdlib", "platstdlib", "purelib", "platlib"))
 
@@ -63,6 +64,8 @@ class _Writer:
     def use(self, name: str, value: object, f: FunctionType) -> None:
         literal, value = _literal(value), getattr(value, "py_func", value)  # of a function for Numba that in Python
         if literal is not None:
+            if ARRAY in literal:
+                self.pieces["numpy"] = "import numpy\n"
             self.pieces[name] = f"{name} = {literal}\n"
         elif isinstance(value, ModuleType) and _of_library(value):
             self.pieces[name] = f"import {value.__name__} as {name}\n"
@@ -111,7 +114,7 @@ def _literal(value: object) -> str | None:
     if value is None or isinstance(value, bool | int | float | str):
         return repr(value)
     if isinstance(value, np.ndarray) and value.dtype.kind in "bif":
-        return f"__import__('numpy').array({_literal(value.tolist())}, '{value.dtype.str}')"
+        return f"{ARRAY}{_literal(value.tolist())}, '{value.dtype.str}')"
     if isinstance(value, tuple | list):
         inner = [_literal(x) for x in value]
         if any(x is None for x in inner):
