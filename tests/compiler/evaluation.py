@@ -9,6 +9,7 @@ from numba import njit
 
 from lienumba.compiler import native
 from lienumba.compiler.emit import Kernel
+from lienumba.compiler.foreign.calls import linked
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 
@@ -37,7 +38,7 @@ def rows_in(shape: Shape) -> int:
 
 def machine_code(kernel: Kernel) -> Callable[..., np.ndarray]:
     """Maps state, parameters, clock, extra (rows, W) to the outputs (rows, W) of a kernel, after its `prepare`."""
-    text = kernel.text()  # also counts the work rows
+    text = linked(kernel.text())  # also counts the work rows
     engine, addresses = native.load(native.compile_text(text), [f"{kernel.name}_prepare", kernel.name])
     functions = [ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6)(address) for address in addresses.values()]
     hoisted = max((row + 1 for row in kernel.hoisted.values()), default=0)

@@ -1,0 +1,89 @@
+"""What Numba compiles for laws: what it may read and call, and one sentence for what it may not."""
+
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+
+import lienumba
+from lienumba.errors import BadValueError
+from lienumba.laws import cos, exp, sin
+
+TABLE, NAMES = np.array([3.0, 1.0, 2.0]), {"a": 1.0}
+
+
+@numba.njit(fastmath=True)
+def fast(x):
+    return x + x
+
+
+@numba.njit
+def plain(x):
+    return x + x
+
+
+@lienumba.jit
+def inner(x, factor=2.0):
+    return factor * TABLE[1] * x
+
+
+REFUSED = {
+    "math.sin(x)": "f reads math for sin, whose bits differ between machines; take sin of lienumba.laws",
+    "np.arctan2(x, 1.0)": "f reads np for arctan2, whose bits differ between machines; take atan2 of lienumba.laws",
+    "x**x": "f calls pow of a mathematics library, whose bits differ between machines; take exp and log of "
+    "lienumba.laws",
+    "x % 2.0": r"f uses % or // of floats, an operation of a mathematics library \(frem\); take mod and floor of "
+    "lienumba.laws",
+    "np.zeros(3)[0] + x": r"f allocates memory \(NRT_\w+\); keep its numbers in variables and tuples; tables may be",
+    "np.dot(TABLE, TABLE) * x": r"f needs Numba while it runs \(numba_\w+\); write it with loops, or",
+    "fast(x)": "f reads fast, which has fastmath, whose bits differ between machines; leave fastmath out",
+    "NAMES['a'] * x": "f reads NAMES, a dict, which is not known; let it read numbers, tuples, texts, arrays and",
+    "(x, (x, x))": r"f returns Tuple\(.*\); let it return a number, or a tuple of numbers",
+    "None": "f returns none; let it return a number, or a tuple of numbers",
+    "x.y": r"Numba cannot compile f: Unknown attribute 'y' of type float64 .*; correct it",
+    "unknown(x)": "Numba cannot compile f: NameError: name 'unknown' is not defined; correct it",
+}  # fmt: skip
+
+
+def function(text: str) -> Any:
+    """A function of x with these names of this module."""
+    names = {**globals()}
+    exec(f"def f(x): return {text}", names)
+    return lienumba.jit(names["f"])
+
+
+@pytest.mark.parametrize("text", REFUSED)
+def test_what_is_refused_is_refused_in_one_sentence(text):
+    with pytest.raises(BadValueError, match=REFUSED[text]):
+        function(text)(0.5)
+
+
+def test_arguments_are_numbers_and_tuples_of_numbers():
+    text = "x[0] + x[2] if len(x) > 2 else 0.0"
+    assert function(text)((1.0, 5.0, 2.0)) == 3.0
+    np.testing.assert_array_equal(function("x * x, 1")(np.array([1.0, 3.0])), [[1.0, 9.0], [1.0, 1.0]])
+    with pytest.raises(BadValueError, match="f gets 'a', a str; give it numbers, or tuples of numbers"):
+        function("x")("a")
+    with pytest.raises(BadValueError, match="takes a plain function, not a ufunc; write it with def"):
+        lienumba.jit(np.sqrt)
+
+
+def test_it_may_call_others_with_arguments_by_name_and_sees_what_is_edited(monkeypatch):
+    both = function("inner(x + 1.0) + plain(x) + inner(x, factor=0.5)")
+    assert both(1.0) == 4.0 + 2.0 + 0.5
+    monkeypatch.setattr("tests.compiler.foreign.test_blocks.TABLE", TABLE * [1, 3, 1])
+    assert function("inner(x + 1.0) + plain(x) + inner(x, factor=0.5)")(1.0) == 12.0 + 2.0 + 1.5
+    assert inner(1.0, factor=10.0) == 30.0
+
+
+def test_an_index_out_of_range_and_what_is_not_finite_are_nan():
+    """For every output."""
+    assert np.isnan(function("TABLE[int(x)]")(3.0))
+    assert function("TABLE[int(x)]")(2.0) == 2.0
+    assert np.isnan(function("(x, 1.0 / (x - 2.0))")(2.0)).all()
+
+
+def test_functions_of_laws_in_small_functions_that_return_tuples():
+    """Their tuples are cleared as memory, which no C library does."""
+    assert function("sin(x) + cos(x) * exp(x)")(0.7) == sin(0.7) + cos(0.7) * exp(0.7)
