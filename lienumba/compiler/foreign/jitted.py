@@ -82,30 +82,30 @@ class Jitted:
 
 
 def jit(function: Callable[..., Any]) -> Jitted:
-    """Compile a function with Numba, so that laws in Python may call it.
+    """Let Numba compile a function that laws in Python call.
 
-    It may branch on its numbers, loop, and read numbers, tuples and arrays of its module, such as tables. It is called
-    for one run at a time. A run in which it raises, or returns what is not finite, fails alone. It may call functions
-    of `lienumba.laws` and others with this decorator, but neither a mathematics library (`math.sin`, `np.exp`, `**`
-    with an exponent that is not whole) nor what allocates memory (`np.empty`): their bits differ between machines, or
-    they need Numba while runs go on. It has no derivative: a law that calls it at every time, not at samples (`every`),
-    excludes `taylor`, implicit methods, `linearise`, `modes` and equilibria.
+    The function may branch on its numbers, loop, and read numbers, tuples and arrays of its module. It is called for
+    one run at a time; where it raises, or returns what is not finite, that run fails alone. Mathematics comes from
+    `lienumba.laws`: libraries (`math.sin`, `np.exp`, `%`) and allocated memory (`np.zeros`) are refused. It has no
+    derivative: a law that calls it, and is not sampled (`every`), excludes `taylor`, implicit methods, `linearise`
+    and `modes`; potential energies, joints and equilibria exclude it.
 
     Parameters
     ----------
     function : callable
-        A plain function of numbers, or of tuples of numbers (a `Vector` arrives as a tuple of three). It returns a
-        number, or a tuple of numbers.
+        A plain function of numbers and tuples of numbers (a `Vector` arrives as a tuple of three). It returns a number,
+        or a tuple of numbers.
 
     Returns
     -------
     callable
-        To be called in laws; on floats it returns floats, NaN where it fails.
+        For laws; on floats and arrays it returns floats and arrays, NaN where it fails. Its calls raise ValueError for
+        what cannot be compiled.
 
     Raises
     ------
     ValueError
-        For what is not a plain function; where it is called, for what Numba or lienumba cannot compile.
+        For what is not a plain function.
     """
     if not isinstance(function, FunctionType):
         raise BadValueError(
