@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import lienumba
 from lienumba.compiler import tape
 from lienumba.compiler.series import FUNCTIONS
 from lienumba.compiler.symbols import Graph
@@ -36,6 +37,11 @@ def test_random_graphs(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) ->
     assert_compiled_is_looped(made.grow(400), given, monkeypatch)
 
 
+@lienumba.jit
+def halved(x, y):
+    return 0.5 * x, y
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_operation(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """With numbers that have no literal, and values that are inputs or numbers themselves."""
@@ -46,7 +52,7 @@ def test_every_operation(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
         a + b, a - b, a * b, a / b, -a, a * b + c, a * b - c, c - a * b, o.sqrt(a), o.power(a, 1.5), o.sin(a), o.cos(b),
         o.exp(a), o.log(b), o.tanh(c), o.atan2(a, b), o.where(a < b, a, float("nan")), o.where(a <= b, c, -0.0),
         o.where(a == b, b, float("inf")), o.gather(table, o.where(a < b, 0.0, 1.0)),
-        o.power_of_two(o.where(a < b, 3.0, 4.0)), a, a, 2.5,
+        o.power_of_two(o.where(a < b, 3.0, 4.0)), *halved(a, b), a, a, 2.5,
     ]  # fmt: skip
     recorded = {node.op for node in graph.nodes}
     assert recorded == {"input", *FUNCTIONS}

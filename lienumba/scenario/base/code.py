@@ -211,12 +211,12 @@ def function_of(place: str, reference: str, files: Mapping[str, str]) -> Callabl
     return function
 
 
-def jitted(files: Mapping[str, str]) -> dict[str, str]:
+def jitted(files: Keys) -> dict[str, str]:
     """What functions by `lienumba.jit` in Python files do, by file and name. Runs files that mention it."""
     from lienumba.compiler.foreign.jitted import Jitted
 
-    found = {}
-    for file, text in files.items():
+    found: dict[str, str] = {}
+    for file, text in ((file, str(text)) for file, text in files.items()):
         with suppress(Exception, SystemExit):  # told where the law is built
             space = _namespace(file, text) if "lienumba" in text and "jit" in text else {}
             found |= {f"{file}:{name}": x.identity() for name, x in space.items() if isinstance(x, Jitted)}

@@ -1,5 +1,6 @@
 """What Numba compiles for laws: what it may read and call, and one sentence for what it may not."""
 
+import math
 from typing import Any
 
 import numba
@@ -48,7 +49,7 @@ REFUSED = {
 
 def function(text: str) -> Any:
     """A function of x with these names of this module."""
-    names = {**globals()}
+    names = {**globals(), "math": math}
     exec(f"def f(x): return {text}", names)
     return lienumba.jit(names["f"])
 
