@@ -11,7 +11,7 @@ from types import FunctionType
 from typing import Any
 
 from llvmlite import binding
-from numba import njit, types
+from numba import config, njit, types
 from numba.core.errors import NumbaError
 from numba.extending import typeof_impl
 
@@ -22,9 +22,8 @@ from lienumba.compiler.foreign.identity import identity
 from lienumba.compiler.foreign.jitted import Jitted
 from lienumba.errors import BadValueError
 
-# A division by 0 is infinite, an index out of range raises.
-OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-GUARDED = OPTIONS | {"boundscheck": True, "forceinline": True}
+OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # 1/0 is infinite
+GUARDED = OPTIONS | {"boundscheck": True, "forceinline": True}  # an index out of range raises
 EXACT = (  # intrinsics of LLVM that are instructions, or exact
     "abs", "assume", "bswap", "ceil", "copysign", "ctlz", "ctpop", "cttz", "expect", "experimental", "fabs", "floor",
     "fptosi", "fptoui", "fshl", "fshr", "lifetime", "masked", "maximum", "maxnum", "minimum", "minnum", "nearbyint",
@@ -64,6 +63,8 @@ def compiled(function: FunctionType, symbol: str, sizes: Sequence[int]) -> Forei
 
     Raises BadValueError for what cannot be compiled, or calls something outside of itself.
     """
+    if config.DISABLE_JIT:
+        raise BadValueError("NUMBA_DISABLE_JIT is set, so that Numba compiles nothing", "unset it")
     jit.register()
     types_of = tuple(types.UniTuple(types.float64, size) if size else types.float64 for size in sizes)
     inner = njit(**GUARDED)(function)
@@ -95,8 +96,8 @@ def _returned(name: str, kind: types.Type) -> tuple[int, bool]:
 
 
 def _source(sizes: Sequence[int], outputs: int, scalar: bool) -> Iterator[str]:
-    """Of the function of one lane, and of all. Numba cuts what stands between try and except into many pieces: it is
-    one call."""
+    """Write the functions of one lane and of all. One call stands between try and except, since Numba compiles each
+    expression there apart."""
     first, given = 0, []
     for size in sizes:
         rows = [f"given[{row} * lanes + lane]" for row in range(first, first + max(size, 1))]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.compiler import emit
+from lienumba.compiler import emit, segments
 from lienumba.compiler.derivatives import partials
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
@@ -86,14 +86,18 @@ def test_calls_stay_with_their_outputs_in_kernels_that_are_cut(long, monkeypatch
     """Into equal segments, or by size. Segments that differ in the function alone are two."""
     monkeypatch.setattr(emit, "LONG", long)
     monkeypatch.setattr(emit, "REPEATED", 1.0)
+    monkeypatch.setattr(segments, "SHORTEST", 1)
+    monkeypatch.setattr(segments, "LONGEST", 5)
     graph = Graph()
-    x = list(graph.inputs("state", 3))
-    for n in range(120):
+    x, late = list(graph.inputs("state", 3)), []
+    for n in range(60):
         value, full = saturated(x[n], (-1.0 - n, 1.0))
-        x.append(x[n + 1] - 0.5 * (lagged(value, full) if n % 2 else lagged(full, value)))
-    kernel, state = Kernel("main", tuple(x[3:]), 0), given(3)
+        x.append(x[n + 1] - 0.5 * (lagged(value, n) if n % 2 else lagged(n, value)))
+        late.append(full)  # is needed at the end
+    outputs = [*x[3:], *late]
+    kernel, state = Kernel("main", tuple(outputs), 0), given(3)
     found = call(kernel, state=state)
-    tape = Tape.of(x[3:])
+    tape = Tape.of(outputs)
     for lane in (0, 5):
         for _ in range(13):  # also as a function
             exact = tape.replayed(lambda array, row, lane=lane: float(state[row, lane]))
