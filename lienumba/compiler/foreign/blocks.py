@@ -39,12 +39,11 @@ REMEDIES = (  # by how a symbol begins
     ("_Py", "needs Python while it runs", "let it raise with constant texts, and print nothing"),
     ("numba_", "needs Numba while it runs", "write it with loops, or with functions of lienumba.laws"),
 )
-# Of up to 99 bytes, as tuples have them: at low levels of optimisation LLVM would call the C library.
-_POINTER, _SIZE = r"ptr [^%,]*(?P<{}>%[\w.]+)", r"i64 (?P<size>\d\d?), i1 false"
-SMALL_ZEROS = re.compile(rf"(?:tail )?call void @llvm\.memset\.p0\.i64\({_POINTER.format('to')}, i8 0, {_SIZE}\)")
-SMALL_COPY = re.compile(
-    rf"(?:tail )?call void @llvm\.mem(?:cpy|move)\.p0\.p0\.i64\({_POINTER.format('to')}, "
-    rf"{_POINTER.format('source')}, {_SIZE}\)"
+# Of a size that is known, as of tuples: LLVM may call the C library for the first kind, and never for the second.
+MEMORY = re.compile(r"@llvm\.mem(set\.p0|cpy\.p0\.p0)\.i64(\([^()]*(?:\(\d+\)[^()]*)*, i64 \d+, i1 false\))")
+INLINE = (
+    "\ndeclare void @llvm.memset.inline.p0.i64(ptr, i8, i64 immarg, i1 immarg)"
+    "\ndeclare void @llvm.memcpy.inline.p0.p0.i64(ptr, ptr, i64 immarg, i1 immarg)\n"
 )
 _CALLED: dict[str, Any] = {}  # functions that others call, by their identity
 
@@ -121,7 +120,7 @@ def _source(sizes: Sequence[int], outputs: int, scalar: bool) -> Iterator[str]:
 
 def _complete(name: str, text: str, entry: str, symbol: str) -> str:
     """The text of a module with one function that is seen from outside, under this symbol, and all that it needs."""
-    module = binding.parse_assembly(SMALL_COPY.sub(_copied, SMALL_ZEROS.sub(_zeros, text)))
+    module = binding.parse_assembly(MEMORY.sub(_inline, text) + INLINE)
     for x in (*module.functions, *module.global_variables):
         if not x.is_declaration:
             x.linkage = "external" if x.name == entry else "internal"
@@ -135,21 +134,16 @@ def _complete(name: str, text: str, entry: str, symbol: str) -> str:
     return str(module)
 
 
-def _zeros(found: re.Match[str]) -> str:
-    return f"store [{found['size']} x i8] zeroinitializer, ptr {found['to']}, align 1"
-
-
-def _copied(found: re.Match[str]) -> str:
-    value, kind = f"%copied.{found.start()}", f"[{found['size']} x i8]"
-    load = f"{value} = load {kind}, ptr {found['source']}, align 1"
-    return f"{load}\n  store {kind} {value}, ptr {found['to']}, align 1"
+def _inline(found: re.Match[str]) -> str:
+    kind, _, pointers = found[1].partition(".")
+    return f"@llvm.mem{kind}.inline.{pointers}.i64{found[2]}"
 
 
 def _outside(module: Any) -> Iterator[str]:
     """What a module calls outside of itself, or lets a library do."""
     for x in (*module.functions, *module.global_variables):
         _, intrinsic, rest = x.name.partition("llvm.")
-        if x.is_declaration and not (intrinsic and rest.partition(".")[0] in EXACT):
+        if x.is_declaration and not (intrinsic and (rest.partition(".")[0] in EXACT or ".inline." in rest)):
             yield rest.partition(".")[0] if intrinsic else x.name
     for function in module.functions:
         for block in function.blocks:

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 import lienumba
+from lienumba.compiler import native
+from lienumba.compiler.foreign import blocks
 from lienumba.errors import BadValueError
 from lienumba.laws import cos, exp, sin
 
-TABLE, NAMES = np.array([3.0, 1.0, 2.0]), {"a": 1.0}
+TABLE, NAMES, LONG = np.array([3.0, 1.0, 2.0]), {"a": 1.0}, np.linspace(0.0, 1.0, 200)
 
 
 @numba.njit(fastmath=True)
@@ -85,6 +87,31 @@ def test_an_index_out_of_range_and_what_is_not_finite_are_nan():
     assert np.isnan(function("(x, 1.0 / (x - 2.0))")(2.0)).all()
 
 
-def test_functions_of_laws_in_small_functions_that_return_tuples():
-    """Their tuples are cleared as memory, which no C library does."""
+def test_functions_of_laws_may_be_called():
     assert function("sin(x) + cos(x) * exp(x)")(0.7) == sin(0.7) + cos(0.7) * exp(0.7)
+
+
+@numba.njit(error_model="numpy")
+def many(x):
+    """Too long to be inlined twice."""
+    i = 0
+    while i < len(LONG) - 2 and LONG[i + 1] < x:
+        i += 1
+    a = (x - LONG[i]) / (LONG[i + 1] - LONG[i])
+    for k in range(3):
+        a += LONG[k * 7 + i // 9] * x
+        a = a * x + LONG[i] if a < -3.0 else a - LONG[i] if a > 50.0 else a
+    return i, a, a * x, x, a - x
+
+
+def test_no_c_library_clears_the_memory_of_tuples(monkeypatch):
+    """At no level of optimisation."""
+    monkeypatch.setattr(blocks, "GUARDED", blocks.GUARDED | {"forceinline": False})
+    made = blocks.compiled(function("many(x)[1] + many(x * x)[2]").py_func, "lienumba_call_many", [0])
+    assert "@llvm.memset" in made.text
+    assert all(b"memset" not in object_code(made.text, level, monkeypatch) for level in (0, 1))
+
+
+def object_code(text: str, level: int, monkeypatch: pytest.MonkeyPatch) -> bytes:
+    monkeypatch.setattr(native, "LEVEL", level)
+    return native.emit(text, *native.cpu())
