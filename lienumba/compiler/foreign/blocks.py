@@ -95,16 +95,18 @@ def _returned(name: str, kind: types.Type) -> tuple[int, bool]:
 
 
 def _source(sizes: Sequence[int], outputs: int, scalar: bool) -> Iterator[str]:
-    """Write the functions of one lane and of all. One call stands between try and except, since Numba compiles each
-    expression there apart."""
-    first, given = 0, []
-    for size in sizes:
-        rows = [f"given[{row} * lanes + lane]" for row in range(first, first + max(size, 1))]
-        given.append(f"({', '.join(rows)},)" if size else rows[0])
-        first += len(rows)
-    found = [f"x{n}" for n in range(outputs)]
+    """Write the functions of one lane and of all. A lane with a NaN, as of a run that has failed, is not called: loops
+    need not end there. One call stands between try and except, since Numba compiles each expression there apart."""
+    rows = iter(range(sum(max(size, 1) for size in sizes)))
+    given = [[f"u{next(rows)}" for _ in range(max(size, 1))] for size in sizes]
+    arguments = [f"({', '.join(own)},)" if size else own[0] for size, own in zip(sizes, given, strict=True)]
+    numbers, found = [u for own in given for u in own], [f"x{n}" for n in range(outputs)]
     yield "def lane_of(given, found, lanes, lane):"
-    yield f"    {', '.join(found)}{'' if scalar else ','} = function({', '.join(given)})"
+    for row, u in enumerate(numbers):
+        yield f"    {u} = given[{row} * lanes + lane]"
+    yield f"    if {' or '.join(f'{u} != {u}' for u in numbers) or 'False'}:"
+    yield "        return"
+    yield f"    {', '.join(found)}{'' if scalar else ','} = function({', '.join(arguments)})"
     yield f"    if {' + '.join(f'0.0 * {x}' for x in found)} == 0.0:"
     for n, x in enumerate(found):
         yield f"        found[{n} * lanes + lane] = {x}"

@@ -87,6 +87,14 @@ def test_an_index_out_of_range_and_what_is_not_finite_are_nan():
     assert np.isnan(function("(x, 1.0 / (x - 2.0))")(2.0)).all()
 
 
+def test_a_run_that_has_failed_is_not_called():
+    """Its loop would not end."""
+    names: dict[str, Any] = {}
+    exec("def f(x, limit):\n    while not x < limit:\n        x -= limit\n    return x", names)
+    found = lienumba.jit(names["f"])(np.array([0.5, np.nan, 3.5]), np.array([1.0, 1.0, np.inf]))
+    np.testing.assert_array_equal(found, [0.5, np.nan, 3.5])
+
+
 def test_functions_of_laws_may_be_called():
     assert function("sin(x) + cos(x) * exp(x)")(0.7) == sin(0.7) + cos(0.7) * exp(0.7)
 
