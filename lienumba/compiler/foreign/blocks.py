@@ -12,7 +12,7 @@ from typing import Any
 
 from llvmlite import binding
 from numba import config, njit, types
-from numba.core.errors import NumbaError
+from numba.core.errors import NumbaError, UnsupportedBytecodeError
 from numba.extending import typeof_impl
 
 from lienumba import laws
@@ -34,13 +34,14 @@ LAWS = {"pow": "exp and log", "exp2": "exp"}  # functions of lienumba.laws in pl
 REMEDIES = (  # by how a symbol begins
     ("frem", "uses % or // of floats, an operation of a mathematics library", "take mod and floor of lienumba.laws"),
     ("mem", "moves memory", "write it with loops over numbers"),
-    ("NRT_", "allocates memory", "keep its numbers in variables and tuples; tables may be arrays of the module"),
+    ("NRT_", "allocates memory", "keep its numbers in variables and tuples, and tables in arrays of the module"),
+    ("numba_gil", "needs Python while it runs", "let it raise with constant texts, and print nothing"),
     ("Py", "needs Python while it runs", "let it raise with constant texts, and print nothing"),
-    ("_Py", "needs Python while it runs", "let it raise with constant texts, and print nothing"),
     ("numba_", "needs Numba while it runs", "write it with loops, or with functions of lienumba.laws"),
 )
 # Of a size that is known, as of tuples: LLVM may call the C library for the first kind, and never for the second.
 MEMORY = re.compile(r"@llvm\.mem(set\.p0|cpy\.p0\.p0)\.i64(\([^()]*(?:\(\d+\)[^()]*)*, i64 \d+, i1 false\))")
+ROOT = "@llvm.sqrt.f64("  # an instruction, in place of the function of the C library
 INLINE = (
     "\ndeclare void @llvm.memset.inline.p0.i64(ptr, i8, i64 immarg, i1 immarg)"
     "\ndeclare void @llvm.memcpy.inline.p0.p0.i64(ptr, ptr, i64 immarg, i1 immarg)\n"
@@ -77,7 +78,7 @@ def compiled(function: FunctionType, symbol: str, sizes: Sequence[int]) -> Forei
         pointer = types.CPointer(types.float64)
         signature = (pointer, pointer, types.int64)
         whole.compile(signature)
-    except NumbaError as error:
+    except (NumbaError, UnsupportedBytecodeError) as error:
         said = _said(str(error), function.__code__.co_filename)
         raise BadValueError(f"Numba cannot compile {function.__name__}: {said}", "correct it") from None
     made = whole.overloads[signature]
@@ -122,7 +123,7 @@ def _source(sizes: Sequence[int], outputs: int, scalar: bool) -> Iterator[str]:
 
 def _complete(name: str, text: str, entry: str, symbol: str) -> str:
     """The text of a module with one function that is seen from outside, under this symbol, and all that it needs."""
-    module = binding.parse_assembly(MEMORY.sub(_inline, text) + INLINE)
+    module = binding.parse_assembly(_without_library(text))
     for x in (*module.functions, *module.global_variables):
         if not x.is_declaration:
             x.linkage = "external" if x.name == entry else "internal"
@@ -134,6 +135,13 @@ def _complete(name: str, text: str, entry: str, symbol: str) -> str:
     for outside in _outside(module):
         raise _refused(name, outside)
     return str(module)
+
+
+def _without_library(text: str) -> str:
+    """The text with instructions for roots, and for memory of a size that is known."""
+    declared = f"declare double {ROOT}double)\n" if ROOT not in text else ""
+    text = re.sub(r"^declare .*@sqrt\(.*$", "", text, flags=re.MULTILINE).replace("@sqrt(", ROOT)
+    return MEMORY.sub(_inline, text) + INLINE + declared
 
 
 def _inline(found: re.Match[str]) -> str:
@@ -165,7 +173,7 @@ def _refused(name: str, symbol: str) -> BadValueError:
 
 def _said(message: str, file: str) -> str:
     """The sentence in a message of Numba's, and the line of the user's file that it names."""
-    text = re.sub(r"\x1b\[[\d;]*m", "", message)
+    text = re.sub(r"\x1b\[[\d;]*m|<source missing[^>]*>", "", message)
     text = re.sub(r"<(?:built-in )?function (\w+)[^>]*>", r"\1", re.sub(r" from '[^']*'", "", text))
     lines = [line.strip() for line in text.splitlines()]
     useful = [line for line in lines if line and not line.startswith(("Failed in", "File ", "During:", "-", "^"))]

@@ -44,8 +44,6 @@ class Jitted:
         """Its outputs: symbols of the graph of its arguments, or on floats and arrays of runs numbers like them."""
         bound = self._signature.bind(*arguments, **named)
         bound.apply_defaults()
-        if bound.kwargs:
-            raise BadValueError(f"{self.__name__} takes {next(iter(bound.kwargs))} by name only", "leave the * out")
         numbers: list[Any] = []
         for x in bound.args:
             numbers.extend(x if isinstance(x, TUPLES) else (x,))
@@ -108,9 +106,11 @@ def jit(function: Callable[..., Any]) -> Jitted:
         For what is not a plain function.
     """
     if not isinstance(function, FunctionType):
-        raise BadValueError(
-            f"lienumba.jit takes a plain function, not a {type(function).__name__}", "write it with def"
-        )
+        rule = f"lienumba.jit takes a plain function, not a {type(function).__name__}"
+        raise BadValueError(rule, "write it with def")
+    for x in inspect.signature(function).parameters.values():
+        if x.kind not in (x.POSITIONAL_ONLY, x.POSITIONAL_OR_KEYWORD):
+            raise BadValueError(f"{function.__name__} takes {x}", "name each argument, and give it in its place")
     return Jitted(function)
 
 

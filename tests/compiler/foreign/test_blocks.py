@@ -1,5 +1,6 @@
 """What Numba compiles for laws: what it may read and call, and one sentence for what it may not."""
 
+import inspect
 import math
 from typing import Any
 
@@ -8,10 +9,11 @@ import numpy as np
 import pytest
 
 import lienumba
+from lienumba import laws
 from lienumba.compiler import native
 from lienumba.compiler.foreign import blocks
 from lienumba.errors import BadValueError
-from lienumba.laws import cos, exp, sin
+from tests.compiler.evaluation import assert_same_bits
 
 TABLE, NAMES, LONG = np.array([3.0, 1.0, 2.0]), {"a": 1.0}, np.linspace(0.0, 1.0, 200)
 
@@ -38,7 +40,7 @@ REFUSED = {
     "lienumba.laws",
     "x % 2.0": r"f uses % or // of floats, an operation of a mathematics library \(frem\); take mod and floor of "
     "lienumba.laws",
-    "np.zeros(3)[0] + x": r"f allocates memory \(NRT_\w+\); keep its numbers in variables and tuples; tables may be",
+    "np.zeros(3)[0] + x": r"f allocates memory \(NRT_\w+\); keep its numbers in variables and tuples, and",
     "np.dot(TABLE, TABLE) * x": r"f needs Numba while it runs \(numba_\w+\); write it with loops, or",
     "fast(x)": "f reads fast, which has fastmath, whose bits differ between machines; leave fastmath out",
     "NAMES['a'] * x": "f reads NAMES, a dict, which is not known; let it read numbers, tuples, texts, arrays and",
@@ -49,11 +51,16 @@ REFUSED = {
 }  # fmt: skip
 
 
-def function(text: str) -> Any:
-    """A function of x with these names of this module."""
+def names_of(text: str) -> dict[str, Any]:
+    """What a text defines that sees the names of this module."""
     names = {**globals(), "math": math}
-    exec(f"def f(x): return {text}", names)
-    return lienumba.jit(names["f"])
+    exec(text, names)
+    return names
+
+
+def function(text: str) -> Any:
+    """A function of x."""
+    return lienumba.jit(names_of(f"def f(x): return {text}")["f"])
 
 
 @pytest.mark.parametrize("text", REFUSED)
@@ -70,6 +77,10 @@ def test_arguments_are_numbers_and_tuples_of_numbers():
         function("x")("a")
     with pytest.raises(BadValueError, match="takes a plain function, not a ufunc; write it with def"):
         lienumba.jit(np.sqrt)
+    with pytest.raises(BadValueError, match=r"f takes \*x; name each argument, and give it in its place"):
+        lienumba.jit(names_of("def f(*x): return x[0]")["f"])
+    with pytest.raises(BadValueError, match=r"Numba cannot compile f: Use of unsupported opcode \(IMPORT_NAME\)"):
+        lienumba.jit(names_of("def f(x):\n  import math\n  return x")["f"])(1.0)
 
 
 def test_it_may_call_others_with_arguments_by_name_and_sees_what_is_edited(monkeypatch):
@@ -89,14 +100,19 @@ def test_an_index_out_of_range_and_what_is_not_finite_are_nan():
 
 def test_a_run_that_has_failed_is_not_called():
     """Its loop would not end."""
-    names: dict[str, Any] = {}
-    exec("def f(x, limit):\n    while not x < limit:\n        x -= limit\n    return x", names)
+    names = names_of("def f(x, limit):\n    while not x < limit:\n        x -= limit\n    return x")
     found = lienumba.jit(names["f"])(np.array([0.5, np.nan, 3.5]), np.array([1.0, 1.0, np.inf]))
     np.testing.assert_array_equal(found, [0.5, np.nan, 3.5])
 
 
-def test_functions_of_laws_may_be_called():
-    assert function("sin(x) + cos(x) * exp(x)")(0.7) == sin(0.7) + cos(0.7) * exp(0.7)
+def test_every_function_of_laws_may_be_called_to_the_bits_that_it_has_on_floats():
+    numbers = {"where": "x < 0.5, x, 2.0", "clip": "x, 0.1, 0.9"}
+    numbers |= dict.fromkeys(("atan2", "hypot", "maximum", "minimum", "mod"), "x, 0.3")
+    names = [name for name in laws.__all__ if inspect.isfunction(getattr(laws, name))]
+    assert len(names) == 24
+    text = ", ".join(f"laws.{name}({numbers.get(name, 'x')})" for name in names)
+    assert_same_bits(function(text)(0.7), eval(text, {"laws": laws, "x": 0.7}))
+    assert function("math.sqrt(x) + np.sqrt(x) + laws.sqrt(x)")(2.0) == 3.0 * math.sqrt(2.0)
 
 
 @numba.njit(error_model="numpy")
