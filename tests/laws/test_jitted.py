@@ -124,6 +124,13 @@ def test_a_method_that_needs_derivatives_takes_a_sampled_one_only(method):
         lienumba.run(pendulum(law), overrides={"integrator.method": method})
 
 
+def test_a_law_is_not_decorated_itself():
+    rule = r"model\.forces\.own\.function.*: is a function for Numba, but a law is traced; write a law that calls it"
+    for function in (f"{FILE}:limited", jitted.limited):
+        with pytest.raises(ScenarioError, match=rule):
+            lienumba.run(pendulum(own("", joints=["hinge"]) | {"function": function}))
+
+
 def test_an_implicit_method_with_a_sampled_one():
     radau = {"integrator.method": "radau5"}
     a, b = (run(arm(function), overrides=radau) for function in ("pid", "traced_pid"))

@@ -19,7 +19,7 @@ from typing import Any
 from lienumba.errors import Problem, ScenarioError
 from lienumba.scenario.base.paths import MEASURES
 from lienumba.scenario.base.problems import tables
-from lienumba.scenario.base.source import source_of
+from lienumba.scenario.base.source import CALLED, COMPILED, source_of
 from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.words import listed, printable, readable, suggestion
 
@@ -205,6 +205,8 @@ def function_of(place: str, reference: str, files: Mapping[str, str]) -> Callabl
     except (Exception, SystemExit) as error:
         raise ScenarioError.at(at, f"{file} cannot be run: {said_of(error, file)}", "correct it", value) from None
     function = namespace.get(name)
+    if hasattr(function, "py_func"):
+        raise ScenarioError.at(at, COMPILED, CALLED, value)
     if not inspect.isfunction(function):
         known = [key for key, value in namespace.items() if inspect.isfunction(value)]
         raise ScenarioError.at(at, f"{file} has no function {name}", suggestion(name, known), value)

@@ -14,6 +14,7 @@ import numpy as np
 
 from lienumba.errors import ScenarioError
 
+COMPILED, CALLED = "is a function for Numba, but a law is traced", "write a law that calls it"
 ARRAY = "numpy.array("
 HEADER = "from __future__ import annotations\n"
 LIBRARIES = tuple(sysconfig.get_paths()[key] for key in ("stdlib", "platstdlib", "purelib", "platlib"))
@@ -21,6 +22,8 @@ LIBRARIES = tuple(sysconfig.get_paths()[key] for key in ("stdlib", "platstdlib",
 
 def source_of(function: object, place: str) -> str:
     """The text; a ScenarioError that begins with the place if it cannot be written."""
+    if hasattr(function, "py_func"):
+        raise ScenarioError.at(f"{place}.function", COMPILED, CALLED)
     if not isinstance(function, FunctionType) or function.__name__ == "<lambda>":
         kind = "lambda" if inspect.isfunction(function) else type(function).__name__
         raise ScenarioError.at(f"{place}.function", f"must be a plain function, written with def, but is a {kind}")
