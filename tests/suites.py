@@ -2,16 +2,15 @@
 
 `--quick` runs, in every room, the first case of each cheap function and as many more as cost little together, and of
 every room at least a fifth of the functions. `--commit` runs all but what is marked `release` or has cases that cost
-more than `DEAREST`; of a family of dear cases it runs the first, and another one by the hash of the commit. `--all`
-runs everything, and the campaigns: tests with the marker `campaign(number)`, whose argument `seed` is as many numbers
-drawn from the hash of the commit. Without an option pytest runs everything but the campaigns. `--quick` does not import
-files of which it runs nothing.
+more than `DEAREST`: of each function the first case, another one by the hash of the commit, and as many more as cost
+little together. `--all` runs everything, and the campaigns: tests with the marker `campaign(number)`, whose argument
+`seed` is as many numbers drawn from the hash of the commit. Without an option pytest runs everything but the campaigns.
+`--quick` does not import files of which it runs nothing.
 """
 
 import statistics
 import subprocess
 import time
-import zlib
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -25,7 +24,7 @@ QUICK = 0.15  # quiet s of a first case in --quick,
 QUICK_TOGETHER = 0.05  # and of all cases of a function, if there are more of them
 QUICK_SHARE = 0.2  # of the functions of a room are in --quick, cheapest first, whatever they cost up to
 QUICK_DEAREST = 1.0  # quiet s; only the cheapest of a room may cost more
-DEAR = 0.3  # quiet s of a case; of a family of dearer ones two are of a commit
+FAMILY = 1.0  # quiet s of all cases of a function in --commit, if there are more than two of them
 DEAREST = 2.0  # quiet s of a case; functions with dearer ones are of a release
 SUITES = ("quick", "commit", "all")
 NEW = Cost()  # of functions that tests/costs.csv does not name
@@ -119,25 +118,26 @@ def quick_functions(functions: list[str], known: dict[str, Cost]) -> frozenset[s
 def quick_cases(cases: list[str], known: dict[str, Cost]) -> set[str]:
     """Of each function the first case, and as many more as cost at most `QUICK_TOGETHER` with it."""
     kept: set[str] = set()
-    for function, family in _families(cases).items():
-        cost = known.get(function, NEW)
-        more = (QUICK_TOGETHER - cost.first) / cost.others if cost.others else len(family)
-        kept |= {*family[: 1 + max(int(more), 0)]}
+    for function, (first, *others) in _families(cases).items():
+        kept |= {first, *others[: _number_within(QUICK_TOGETHER, known.get(function, NEW), len(others))]}
     return kept
 
 
 def commit_cases(cases: list[str], known: dict[str, Cost], commit: str) -> set[str]:
-    """All cases, but of each family of dear ones the first and another one, which the commit chooses; of functions with
-    cases that are too dear for a commit, none."""
+    """Of each function the first case, another one, and as many more as cost at most `FAMILY` with them; the commit
+    chooses which. None of functions with cases that are too dear for a commit."""
     kept: set[str] = set()
-    for function, family in _families(cases).items():
+    for function, (first, *others) in _families(cases).items():
         cost = known.get(function, NEW)
-        if max(cost.first, cost.others) > DEAREST:
-            continue
-        if len(family) > 2 and cost.others > DEAR:
-            family = [family[0], family[1 + zlib.crc32(f"{commit} {function}".encode()) % (len(family) - 1)]]
-        kept |= {*family}
+        if max(cost.first, cost.others) <= DEAREST:
+            number = min(max(_number_within(FAMILY, cost, len(others)), 1), len(others))
+            kept |= {first, *Random(f"{commit} {function}").sample(others, number)}
     return kept
+
+
+def _number_within(budget: float, cost: Cost, others: int) -> int:
+    """How many of the other cases cost at most `budget` quiet s with the first one."""
+    return min(max(int((budget - cost.first) / cost.others), 0), others) if cost.others else others
 
 
 @cache
