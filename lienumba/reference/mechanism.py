@@ -1,0 +1,177 @@
+"""A mechanism as arrays that jitted functions read: rows of numbers, one column for each of W runs.
+
+State x (18 (k + 1), W): of every body r (global), R (row by row, body to global), v (global) and w (body frame);
+the ground is the last body. Velocities (6 k, W): v and w of every body. All numbers are in SI units.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+W = 8  # runs that advance together
+STATE, VELOCITY, ALGEBRA = 18, 6, 12  # numbers of one body in x, in its velocities, and in u
+
+# Kinds of coordinates: numbers that depend on where two bodies a and b are. Points p of a and q of b, d from p to q;
+# directions u of a and v of b (in POINT u is global).
+(
+    POINT,  # u.d
+    DIRECTIONS,  # (R_a u).(R_b v)
+    ALONG,  # (R_a u).d
+    ROD,  # (d.d/L - L)/2 of a rod of length L
+    LENGTH,  # |d|
+    ANGLE,  # of v of b about an axis of a, from u towards p, over all turns
+    SPIN,  # no coordinate but a rate: w of b along v, frame of b
+    GLOBAL_SPIN,  # likewise R_b w of b along v
+) = range(8)
+
+PUSH, TWIST, EFFORT = range(3)  # kinds of force laws: a force at a point, a torque, an effort along a coordinate
+GLOBAL, BODY = range(2)  # frames of forces and torques
+LOAD, STIFFNESS, DAMPING, TARGET, LOW, HIGH = range(6)  # numbers of an effort
+GRADIENT, VALUE, RATE, BIAS, SEEN = 0, 12, 13, 14, 15  # what is computed of a coordinate, row by row
+
+NONE, MASS, IDENTITY, PLACES = range(-1, 3)  # weights of projections: of velocities, if there is any, and of positions
+CLOSED = -1  # terms of dexp^-1: its closed form
+
+SUCCESS, NON_FINITE, NOT_CONVERGED, SINGULAR, ROTATION = range(5)  # how a run ends, as in the datasets
+
+
+class Bodies(NamedTuple):
+    """masses (k, W) in kg; inertia (k, 3, 3, W) in kg m^2, body frame."""
+
+    masses: np.ndarray
+    inertia: np.ndarray
+
+
+class Coordinates(NamedTuple):
+    """table (c, 3): kind and bodies a and b of each; vectors (c, 12, W): p, q, u and v, of a ROD its length L for v."""
+
+    table: np.ndarray
+    vectors: np.ndarray
+
+
+class Constraints(NamedTuple):
+    """terms (t, 2): row and coordinate, and factors (t, W): a row is the sum of its terms less its offset (m, W).
+    wanted (m,): the number that a row prescribes as a rate, -1 for a row of positions; used: the rows that are
+    independent of the others."""
+
+    terms: np.ndarray
+    factors: np.ndarray
+    offsets: np.ndarray
+    wanted: np.ndarray
+    used: np.ndarray
+
+
+class Laws(NamedTuple):
+    """table (f, 4): kind, body or coordinate, frame or whether it has a potential, first number; points (f, 3, W)."""
+
+    table: np.ndarray
+    points: np.ndarray
+
+
+class Mechanism(NamedTuple):
+    """A mechanism of k bodies, c coordinates, m constraint rows and f force laws; numbers that may vary in time are apart
+    from it, the first three of them gravity in m/s^2."""
+
+    bodies: Bodies
+    coordinates: Coordinates
+    constraints: Constraints
+    laws: Laws
+
+
+class Method(NamedTuple):
+    """A (s, s), b (s,): an explicit tableau; terms: of the series of dexp^-1, or CLOSED; h: the step in s; positions,
+    velocities: the weights of their projections, or NONE; tolerance in m, limit: of iterations; largest: the largest
+    squared rotation of a body in a step, rad^2."""
+
+    A: np.ndarray
+    b: np.ndarray
+    terms: int
+    h: float
+    positions: int
+    velocities: int
+    tolerance: float
+    limit: int
+    largest: float
+
+
+class Run(NamedTuple):
+    """What W runs carry from step to step: the state x; near (c, W): the angles over all turns, in rad; work (W,) in J;
+    code (W,): how each run ended, SUCCESS while it goes on; steps (W,): how many were made; iterations (2, W): the most
+    of both projections since the last record; size (W,): of the mechanism in m, with which roundoff compares."""
+
+    x: np.ndarray
+    near: np.ndarray
+    work: np.ndarray
+    code: np.ndarray
+    steps: np.ndarray
+    iterations: np.ndarray
+    size: np.ndarray
+
+
+class Rows(NamedTuple):
+    """Of all constraint rows phi, its rate psi and xi (m, W), and C (m, 6 (k + 1), W)."""
+
+    phi: np.ndarray
+    psi: np.ndarray
+    xi: np.ndarray
+    C: np.ndarray
+
+
+class System(NamedTuple):
+    """The linear system K (n, n, W), b (n, W) of n = 6 k + m unknowns, the scales of its pivots (n, W), and whether it
+    is regular, 1 or 0 (W,)."""
+
+    K: np.ndarray
+    b: np.ndarray
+    scale: np.ndarray
+    sound: np.ndarray
+
+
+class Room(NamedTuple):
+    """Memory of a step. seen (c, 15, W): of every coordinate its GRADIENT by v and w of both bodies, its VALUE, RATE and
+    BIAS, the second derivative at constant velocities; Q (6 k, W) and the power (W,) of loads; slopes (s, 12 k, W) and
+    powers (s, W) of the stages; u (12 k, W); the new state y, as x of `Run`, and hat, as it was before its projection;
+    pending (W,): the runs that a projection has not finished."""
+
+    seen: np.ndarray
+    rows: Rows
+    system: System
+    Q: np.ndarray
+    power: np.ndarray
+    slopes: np.ndarray
+    powers: np.ndarray
+    u: np.ndarray
+    y: np.ndarray
+    hat: np.ndarray
+    pending: np.ndarray
+
+
+class Records(NamedTuple):
+    """What is stored: steps (n,) of the outputs; states (n, 18 (k + 1), W), near (n, c, W), work (n, W), accelerations
+    (n, 6 k, W), multipliers (n, m, W) and iterations (n, 2, W); NaN of runs that have ended."""
+
+    steps: np.ndarray
+    states: np.ndarray
+    near: np.ndarray
+    work: np.ndarray
+    accelerations: np.ndarray
+    multipliers: np.ndarray
+    iterations: np.ndarray
+
+
+def room_of(mechanism: Mechanism, stages: int) -> Room:
+    """Memory for a mechanism and a method of so many stages."""
+    k, c, m = len(mechanism.bodies.masses), len(mechanism.coordinates.table), len(mechanism.constraints.wanted)
+    n, size = VELOCITY * k, VELOCITY * k + len(mechanism.constraints.used)
+    rows = Rows(*np.zeros((3, m, W)), np.zeros((m, n + VELOCITY, W)))
+    system = System(np.zeros((size, size, W)), *np.zeros((2, size, W)), np.zeros(W))
+    shapes = (n, W), (W,), (stages, ALGEBRA * k, W), (stages, W), (ALGEBRA * k, W)
+    states = np.zeros((2, STATE * (k + 1), W))
+    return Room(np.zeros((c, SEEN, W)), rows, system, *map(np.zeros, shapes), *states, np.zeros(W, np.int64))
+
+
+def records_of(mechanism: Mechanism, steps: np.ndarray) -> Records:
+    """Empty records of the states after these steps."""
+    k, c, m = len(mechanism.bodies.masses), len(mechanism.coordinates.table), len(mechanism.constraints.wanted)
+    shapes = ((STATE * (k + 1), W), (c, W), (W,), (VELOCITY * k, W), (m, W), (2, W))
+    return Records(steps, *(np.full((len(steps), *shape), np.nan) for shape in shapes))
