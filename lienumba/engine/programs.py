@@ -37,7 +37,7 @@ def by_joints(resolved: Scenario) -> bool:
     return resolved.data.integrator.coordinates == JOINT
 
 
-def _selection(resolved: Scenario, prepared: Prepared) -> "RowSelection":
+def selection_of(resolved: Scenario, prepared: Prepared) -> "RowSelection":
     from lienumba.integrators.tracing.row_selection import initial_selection
 
     nominal = prepared.nominal
@@ -79,7 +79,7 @@ def program_of(resolved: Scenario, prepared: Prepared, fixed: bool) -> "Program"
     """The program of these runs; fixed: see `program.build`."""
     from lienumba.integrators.tracing.program import build
 
-    return build(prepared.model, method_of(resolved, prepared.model), _selection(resolved, prepared), fixed)
+    return build(prepared.model, method_of(resolved, prepared.model), selection_of(resolved, prepared), fixed)
 
 
 def compiled_of(
@@ -88,7 +88,7 @@ def compiled_of(
     """The program of these runs, and that as machine code; begin: see `compiled.compiled`."""
     from lienumba.integrators.tracing.compiled import compiled
 
-    return compiled(prepared.model, method_of(resolved, prepared.model), _selection(resolved, prepared), fixed, begin)
+    return compiled(prepared.model, method_of(resolved, prepared.model), selection_of(resolved, prepared), fixed, begin)
 
 
 def batch_of(resolved: Scenario, prepared: Prepared, program: "Outline", machine: "Machine") -> "Batch":
@@ -157,7 +157,7 @@ def _augmented(resolved: Scenario, prepared: Prepared, state: "AugmentedState") 
     from lienumba.mechanics.system.kkt import Structure
     from lienumba.mechanics.system.singular import limiting_accelerations
 
-    selection, runs = _selection(resolved, prepared), len(prepared.states)
+    selection, runs = selection_of(resolved, prepared), len(prepared.states)
     if not prepared.nominal.singular:
         return state.start(prepared.angles, selection, runs)
     structure = Structure.of(prepared.model, (), selection.dropped)

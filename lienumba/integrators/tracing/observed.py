@@ -9,7 +9,7 @@ from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model, Timed, reads_state
 from lienumba.mechanics.system import constraints, dynamics, kkt
-from lienumba.mechanics.system.switches import permanent
+from lienumba.mechanics.system.switches import permanent, switches_of
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import minimum
 
@@ -33,22 +33,24 @@ def observed(
     tracer: Tracer, graph: Graph, model: Model, posture: Posture, mask: list[Number]
 ) -> tuple[quantities.Observed, list[Number]]:
     """What accelerations and multipliers say of a state, and the multipliers."""
-    return said(tracer, model, posture.now, *tracer.observed(model, posture, mask, expected(tracer, graph)))
+    known = tracer.observed(model, posture, mask, expected(tracer, graph))
+    return said(tracer.whole, model, posture.now, *known)
 
 
 def said(
-    tracer: Tracer, model: Model, now: Instant, accelerations: Sequence[Number], mu: Sequence[Number]
+    whole: kkt.Structure, model: Model, now: Instant, accelerations: Sequence[Number], mu: Sequence[Number]
 ) -> tuple[quantities.Observed, list[Number]]:
-    """The same of accelerations of all bodies (6 k), and multipliers of all rows, that are known."""
+    """The same of accelerations of all bodies (6 k), and multipliers of all rows, that are known; whole: of all
+    permanent rows."""
     multipliers = list(mu)
-    if tracer.whole.masked:
+    if whole.masked:
         short = {key: minimum(x, 1.0) for key, x in dynamics.shapes(model).items()}  # in m^2
-        always, rows = permanent(model), tracer.whole.rows
+        always, rows = permanent(model), whole.rows
         jacobian = constraints.jacobian(always, now)
-        multipliers[:rows] = kkt.least_multipliers(tracer.whole, short, jacobian, multipliers[:rows])
+        multipliers[:rows] = kkt.least_multipliers(whole, short, jacobian, multipliers[:rows])
     force, torque = constraints.loads(model, now, multipliers)
     drives = constraints.rows_of(model)[len(model.joints) :][: len(model.drivers)]
     efforts = [[-x for x in multipliers[rows]] for rows in drives]
     reactions = [-x for x in multipliers[constraints.permanent_rows(model) :]]
-    switches = {x.key: reactions[x.first : x.first + x.rows] for x in tracer.augmented.switches}
+    switches = {x.key: reactions[x.first : x.first + x.rows] for x in switches_of(model)}
     return quantities.Observed([*accelerations], force, torque, efforts, switches), multipliers

@@ -284,6 +284,11 @@ class Integrator(Section):
         default="lie",
         description=_coordinates(),
     )
+    engine: Literal["numba"] | None = Field(
+        default=None,
+        description='"numba": the paper\'s formulas in plain Numba, a slow and independent check (or omit it: the compiled '
+        "engine)",
+    )
 
 
 def _weights() -> str:

@@ -136,8 +136,18 @@ def _nominal_start(scenario: Scenario) -> Nominal:
         raise ScenarioError(*touching)
     if never := problems_of_captures(whole, now, scenario.data.integrator.end_time):
         raise ScenarioError(*never)
+    if scenario.data.integrator.engine is not None:
+        _check_engine(scenario, whole, now)
     always = _rank(lasting, typical) if switches_of(whole) else found
     return Nominal(scenario, whole, now, typical, found, always, (model, start), done, rests)
+
+
+def _check_engine(scenario: Scenario, model: Model, now: Instant) -> None:
+    """The engine that is asked for must know all that the mechanism has."""
+    from lienumba.scenario.start.reference_engine import problems_of_engine
+
+    if problems := problems_of_engine(scenario.data, model, now):
+        raise ScenarioError(*problems)
 
 
 def _rank(model: Model, now: Instant) -> Rank:

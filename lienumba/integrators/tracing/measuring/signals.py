@@ -30,7 +30,7 @@ class Signals:
 
     @cached_property
     def _observed(self) -> quantities.Observed:
-        return said(self.tracer, self.model, self.posture.now, *self._known)[0]
+        return said(self.tracer.whole, self.model, self.posture.now, *self._known)[0]
 
     @cached_property
     def _still(self) -> View:
