@@ -1,7 +1,7 @@
 """Commands that simulate: run, merge, replay."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -36,6 +36,10 @@ def run(
         typer.Option(
             "-j", "--workers", metavar="N", min=1, help="Threads, or processes of --dask local (default: one per core)."
         ),
+    ] = None,
+    engine: Annotated[
+        Literal["numba"] | None,
+        typer.Option("--engine", help='"numba": by the paper\'s formulas in plain Numba, to check.', show_default=False),
     ] = None,
     seed: SeedOption = None,
     settings: SetOption = None,
@@ -73,7 +77,8 @@ def run(
 
         suffix = "" if part is None else SweepPart.parse(part).suffix
         target = output if output is not None else Path(f"{scenario.stem}{suffix}.nc")
-        resolved = resolve(scenario, overrides=parse_assignments(settings or []), seed=seed, allow_code=allow_code)
+        overrides = parse_assignments(settings or []) | ({} if engine is None else {"integrator.engine": engine})
+        resolved = resolve(scenario, overrides=overrides, seed=seed, allow_code=allow_code)
         labels = None if runs is None else parse_labels(runs, resolved.data.sweep.runs)
         allowed = parse_share(max_failures, "--max-failures ")
         if verdict and not resolved.data.model.requirements:
