@@ -26,6 +26,7 @@ FLOORS = [
     {"mechanics"},
     {"integrators"},
     {"batch"},
+    {"reference"},
     {"sweep"},
     {"store"},
     {"scenario"},
@@ -57,9 +58,13 @@ INSIDE = {  # the floors of rooms, lowest first
     ],
     "engine": [
         {"chunk_sizes", "compare_runs", "cores", "fields", "part", "progress", "requirements", "select_run"},
-        {"programs", "results"},
+        {"numba_records", "programs", "results"},
+        {"by_numba"},
         {"memory", "simulate", "stopping"}, {"cluster", "disk", "linear", "replay", "study"},
         {"runner", "prepared"}, {"rare"},
+    ],
+    "reference": [
+        {"mechanism", "rotations"}, {"coordinates", "table"}, {"dynamics"}, {"step"}, {"integrate"},
     ],
     "integrators": [
         {"codes", "reach", "selection_table", "sizes", "truth"}, {"layout"}, {"methods"}, {"drivers"}, {"tracing"},

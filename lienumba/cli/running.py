@@ -39,7 +39,9 @@ def run(
     ] = None,
     engine: Annotated[
         Literal["numba"] | None,
-        typer.Option("--engine", help='"numba": by the paper\'s formulas in plain Numba, to check.', show_default=False),
+        typer.Option(
+            "--engine", help='"numba": by the paper\'s formulas in plain Numba, to check.', show_default=False
+        ),
     ] = None,
     seed: SeedOption = None,
     settings: SetOption = None,

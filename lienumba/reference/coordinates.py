@@ -43,7 +43,9 @@ def of_points(kind: int, s: np.ndarray, x: np.ndarray, a: int, b: int, run: int)
     wa, wb = vector(x, a + 15, run), vector(x, b + 15, run)
     p1, q1 = cross(wa, p), cross(wb, q)
     d = plus(plus(vector(x, b, run), 1.0, rotate(Rb, q)), -1.0, plus(vector(x, a, run), 1.0, rotate(Ra, p)))
-    d1 = plus(plus(vector(x, b + 12, run), 1.0, rotate(Rb, q1)), -1.0, plus(vector(x, a + 12, run), 1.0, rotate(Ra, p1)))
+    d1 = plus(
+        plus(vector(x, b + 12, run), 1.0, rotate(Rb, q1)), -1.0, plus(vector(x, a + 12, run), 1.0, rotate(Ra, p1))
+    )
     d2 = plus(rotate(Rb, cross(wb, q1)), -1.0, rotate(Ra, cross(wa, p1)))
     turning = ZERO
     if kind == POINT:
@@ -104,7 +106,7 @@ def evaluate(coordinates: Coordinates, x: np.ndarray, near: np.ndarray, seen: np
                 value, _, bias, ga, gb = of_directions(vector(s, 6, run), vector(s, 9, run), x, a, b, run)
             elif kind == ANGLE:
                 value, bias, g, ga, gb = of_angle(s, x, a, b, near[n, run], run)
-            elif kind == SPIN or kind == GLOBAL_SPIN:  # R w changes by R w' alone: w x w = 0
+            elif kind in (SPIN, GLOBAL_SPIN):  # R w changes by R w' alone: w x w = 0
                 gb = vector(s, 9, run)
                 if kind == GLOBAL_SPIN:
                     gb = rotate_back(matrix(x, b + 3, run), gb)

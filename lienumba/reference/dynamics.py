@@ -56,7 +56,7 @@ def weigh(bodies: Bodies, numbers: np.ndarray, x: np.ndarray, Q: np.ndarray, pow
 
 @compiled
 def effort(numbers: np.ndarray, first: int, potential: bool, c: float, rate: float, run: int) -> tuple[float, float]:
-    """F = value + k (target - c) + d (target' - c') within its limits, and its power; of a spring-damper d damps c' alone
+    """F = load + k (target - c) + d (target' - c') within its limits, and its power; of a spring-damper d damps c'
     and k (target - c)^2 / 2 is potential energy, of which the power has what changes it at rest."""
     k, d = numbers[first + STIFFNESS, 0, run], numbers[first + DAMPING, 0, run]
     stretch, target1 = numbers[first + TARGET, 0, run] - c, numbers[first + TARGET, 1, run]

@@ -69,8 +69,8 @@ class Laws(NamedTuple):
 
 
 class Mechanism(NamedTuple):
-    """A mechanism of k bodies, c coordinates, m constraint rows and f force laws; numbers that may vary in time are apart
-    from it, the first three of them gravity in m/s^2."""
+    """A mechanism of k bodies, c coordinates, m constraint rows and f force laws. Numbers that may vary in time are
+    apart from it, the first three of them gravity in m/s^2."""
 
     bodies: Bodies
     coordinates: Coordinates
@@ -128,10 +128,10 @@ class System(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Memory of a step. seen (c, 15, W): of every coordinate its GRADIENT by v and w of both bodies, its VALUE, RATE and
-    BIAS, the second derivative at constant velocities; Q (6 k, W) and the power (W,) of loads; slopes (s, 12 k, W) and
-    powers (s, W) of the stages; u (12 k, W); the new state y, as x of `Run`, and hat, as it was before its projection;
-    pending (W,): the runs that a projection has not finished."""
+    """Memory of a step. seen (c, 15, W): of every coordinate its GRADIENT by v and w of both bodies, its VALUE, its RATE
+    and its BIAS, the second derivative at constant velocities. Q (6 k, W) and the power (W,) of loads; slopes
+    (s, 12 k, W) and powers (s, W) of the stages; u (12 k, W); the new state y, as x of `Run`, and hat, as it was before
+    its projection; pending (W,): the runs that a projection has not finished."""
 
     seen: np.ndarray
     rows: Rows
@@ -163,11 +163,14 @@ def room_of(mechanism: Mechanism, stages: int) -> Room:
     """Memory for a mechanism and a method of so many stages."""
     k, c, m = len(mechanism.bodies.masses), len(mechanism.coordinates.table), len(mechanism.constraints.wanted)
     n, size = VELOCITY * k, VELOCITY * k + len(mechanism.constraints.used)
-    rows = Rows(*np.zeros((3, m, W)), np.zeros((m, n + VELOCITY, W)))
-    system = System(np.zeros((size, size, W)), *np.zeros((2, size, W)), np.zeros(W))
-    shapes = (n, W), (W,), (stages, ALGEBRA * k, W), (stages, W), (ALGEBRA * k, W)
-    states = np.zeros((2, STATE * (k + 1), W))
-    return Room(np.zeros((c, SEEN, W)), rows, system, *map(np.zeros, shapes), *states, np.zeros(W, np.int64))
+    phi, psi, xi = np.zeros((3, m, W))
+    K, (b, scale), sound = np.zeros((size, size, W)), np.zeros((2, size, W)), np.zeros(W)
+    y, hat = np.zeros((2, STATE * (k + 1), W))
+    return Room(
+        np.zeros((c, SEEN, W)), Rows(phi, psi, xi, np.zeros((m, n + VELOCITY, W))), System(K, b, scale, sound),
+        np.zeros((n, W)), np.zeros(W), np.zeros((stages, ALGEBRA * k, W)), np.zeros((stages, W)),
+        np.zeros((ALGEBRA * k, W)), y, hat, np.zeros(W, np.int64),
+    )  # fmt: skip
 
 
 def records_of(mechanism: Mechanism, steps: np.ndarray) -> Records:

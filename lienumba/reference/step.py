@@ -198,8 +198,8 @@ def commit(method: Method, run: Run, room: Room) -> None:
 def march(
     mechanism: Mechanism, method: Method, numbers: np.ndarray, run: Run, room: Room, records: Records, first: int
 ) -> None:
-    """Make the steps (20) behind step `first`, as many as numbers (steps + 1, s + 1, n, 2, W) has and one less; store the
-    outputs behind that step, of step 0 also the start. In a step, numbers are at the stages and at the end."""
+    """Make the steps (20) behind step `first`, one less than numbers (steps + 1, s + 1, n, 2, W) has; store the outputs
+    behind that step, of step 0 also the start. The numbers of a step are at its stages and at its end."""
     bodies, coordinates, constraints, laws = mechanism
     last, stages, place, system = numbers.shape[0] - 1, method.b.size, 0, room.system
     while place < records.steps.size and records.steps[place] < first + (first > 0):

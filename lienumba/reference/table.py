@@ -71,8 +71,7 @@ FORCES = ("force", "torque", *EFFORTS)
 
 @dataclass
 class Table:
-    """The arrays of `Mechanism` while they are filled, and the numbers behind its indices: a float, an array (runs,), or
-    a function of time."""
+    """The arrays of `Mechanism` while they are filled. Numbers are floats, arrays (runs,), or functions of time."""
 
     model: Model
     numbers: list[Any] = field(default_factory=list)
@@ -87,7 +86,7 @@ class Table:
 
     @staticmethod
     def of(model: Model, counted: Sequence[int] = ()) -> "Table":
-        """Of a model that has nothing but what this engine knows; counted: joints whose turns are counted in any case."""
+        """Of a model that this engine supports; counted: joints (indices) whose turns are counted in any case."""
         table = Table(model, [*model.gravity])
         for n, joint in enumerate(model.joints):
             table.add_joint(n, joint)

@@ -286,8 +286,7 @@ class Integrator(Section):
     )
     engine: Literal["numba"] | None = Field(
         default=None,
-        description='"numba": the paper\'s formulas in plain Numba, a slow and independent check (or omit it: the compiled '
-        "engine)",
+        description='"numba": the formulas of the paper in plain Numba, an independent and slower check (or omit it)',
     )
 
 
