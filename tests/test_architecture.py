@@ -58,10 +58,10 @@ INSIDE = {  # the floors of rooms, lowest first
     ],
     "engine": [
         {"chunk_sizes", "compare_runs", "cores", "fields", "part", "progress", "requirements", "select_run"},
-        {"numba_records", "programs", "results"},
-        {"by_numba"},
+        {"programs", "results"},
+        {"reference"},
         {"memory", "simulate", "stopping"}, {"cluster", "disk", "linear", "replay", "study"},
-        {"runner", "prepared"}, {"rare"},
+        {"runner", "prepared"}, {"checks", "rare"},
     ],
     "reference": [
         {"mechanism", "rotations"}, {"coordinates", "table"}, {"dynamics"}, {"step"}, {"integrate"},

@@ -1,8 +1,9 @@
-"""The command line: run, merge, replay, rare, worst, equilibrium, modes, sample, validate, info, plot, animate, report,
-analyse, compare, table, list, import, schema, doctor.
+"""The command line: run, merge, replay, rare, worst, equilibrium, modes, sample, validate, check, info, plot, animate,
+report, analyse, compare, table, list, import, schema, doctor.
 
-Exit codes: 0 all runs good; 1 finished, some runs failed, or a replay is another run; 2 bad input, nothing computed;
-4 with --verdict, where runs do not show that all requirements are met; 130 interrupted, resumable.
+Exit codes: 0 all runs good; 1 finished, some runs failed, a replay is another run, or engines do not agree; 2 bad
+input, nothing computed; 4 with --verdict, where runs do not show that all requirements are met; 130 interrupted,
+resumable.
 Heavy modules are imported inside the commands: `--help` and `validate` must answer at once.
 """
 
@@ -14,7 +15,7 @@ from typing import Annotated
 
 import typer
 
-from lienumba.cli.checking import doctor, info, sample, schema, validate
+from lienumba.cli.checking import check, doctor, info, sample, schema, validate
 from lienumba.cli.commands import Command, Group
 from lienumba.cli.importing import import_
 from lienumba.cli.linear import equilibrium, modes
@@ -54,7 +55,7 @@ def _main(
 
 COMPUTING = (run, merge, replay, rare, worst, equilibrium, modes, sample)
 SHOWING = (plot, animate, report, analyse, compare, table)
-for command in (*COMPUTING, validate, info, *SHOWING, schema, doctor):
+for command in (*COMPUTING, validate, check, info, *SHOWING, schema, doctor):
     app.command(cls=Command)(command)
 app.command("import", cls=Command)(import_)
 app.command("list", cls=Command)(list_)

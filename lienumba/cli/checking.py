@@ -1,4 +1,4 @@
-"""Commands about what is asked for: sample, validate, info, schema, doctor."""
+"""Commands about what is asked for: sample, validate, check, info, schema, doctor."""
 
 from pathlib import Path
 from typing import Annotated
@@ -8,6 +8,7 @@ import typer
 from lienumba.cli.options import (
     AllowScenarioCodeOption,
     OverwriteTableOption,
+    QuietOption,
     RunsOption,
     ScenarioArgument,
     SeedOption,
@@ -82,6 +83,34 @@ def validate(
             console.say(RESTS[nominal.rests])
         if nominal is not None and (told := hint(nominal)):
             console.say(f"hint: {told}")
+
+
+def check(
+    source: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A scenario (.toml) or a dataset (.nc).", show_default=False)
+    ],
+    runs: Annotated[int, typer.Option("--runs", metavar="N", min=1, help="How many runs, the first ones.")] = 8,
+    steps: Annotated[int, typer.Option("--steps", metavar="N", min=1, help="How many steps of each.")] = 200,
+    settings: SetOption = None,
+    allow_code: AllowScenarioCodeOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Simulate the same samples by the paper's formulas in plain Numba, and print the largest differences."""
+    with console.exit_codes():
+        from lienumba.engine.checks.engines import check as compared
+        from lienumba.scenario.base.arguments import parse_assignments
+
+        overrides = parse_assignments(settings or [])
+        with console.progress(quiet) as report:
+            found = compared(source, runs, steps, report, overrides, allow_code)
+
+        from lienumba.present.terminal.check import print_check
+
+        if not quiet:
+            with console.unheard():
+                print_check(found)
+        if not found.agrees:
+            raise typer.Exit(console.SOME_FAILED)
 
 
 def info(

@@ -131,9 +131,9 @@ def chunks(
 ) -> Iterator[Task[Piece]]:
     """The chunks of all portions; the first of these is what is compiled, where it is not yet."""
     if resolved.data.integrator.engine is not None:
-        from lienumba.engine import by_numba  # Numba takes half a second
+        from lienumba.engine.reference import runs as reference  # Numba takes half a second
 
-        yield from by_numba.chunks(resolved, portions, workers, results, begin)
+        yield from reference.chunks(resolved, portions, workers, results, begin)
         return
     program, cost = None, Cost()
     for prepared in portions:

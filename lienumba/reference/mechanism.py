@@ -128,8 +128,8 @@ class System(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Memory of a step. seen (c, 15, W): of every coordinate its GRADIENT by v and w of both bodies, its VALUE, its RATE
-    and its BIAS, the second derivative at constant velocities. Q (6 k, W) and the power (W,) of loads; slopes
+    """Memory of a step. seen (c, 15, W): of every coordinate its GRADIENT by v and w of both bodies, VALUE, RATE and
+    BIAS, the second derivative at constant velocities. Q (6 k, W) and the power (W,) of loads; slopes
     (s, 12 k, W) and powers (s, W) of the stages; u (12 k, W); the new state y, as x of `Run`, and hat, as it was before
     its projection; pending (W,): the runs that a projection has not finished."""
 

