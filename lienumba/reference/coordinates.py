@@ -26,7 +26,6 @@ from lienumba.reference.mechanism import (
     Constraints,
     Coordinates,
     Rows,
-    W,
 )
 from lienumba.reference.rotations import ZERO, Vec3, compiled, cross, dot, matrix, plus, rotate, rotate_back, vector
 
@@ -37,7 +36,7 @@ Coordinate = tuple[float, float, Vec3, Vec3, Vec3]  # value, bias, g, g_a, g_b
 
 @compiled
 def of_points(kind: int, s: np.ndarray, x: np.ndarray, a: int, b: int, run: int) -> Coordinate:
-    """POINT, ALONG, ROD or LENGTH; s (12, W): p, q, u, v. The first body's row in x is a, the second's b."""
+    """POINT, ALONG, ROD or LENGTH; s (12, N): p, q, u, v. The first body's row in x is a, the second's b."""
     p, q, u = vector(s, 0, run), vector(s, 3, run), vector(s, 6, run)
     Ra, Rb = matrix(x, a + 3, run), matrix(x, b + 3, run)
     wa, wb = vector(x, a + 15, run), vector(x, b + 15, run)
@@ -96,11 +95,11 @@ def of_angle(s: np.ndarray, x: np.ndarray, a: int, b: int, near: float, run: int
 
 @compiled
 def evaluate(coordinates: Coordinates, x: np.ndarray, near: np.ndarray, seen: np.ndarray) -> None:
-    """All coordinates at a state, with their rates, gradients and biases; near (c, W): where angles are counted."""
+    """All coordinates at a state, with their rates, gradients and biases; near (c, N): where angles are counted."""
     for n in range(coordinates.table.shape[0]):
         kind, s = coordinates.table[n, 0], coordinates.vectors[n]
         a, b = STATE * coordinates.table[n, 1], STATE * coordinates.table[n, 2]
-        for run in range(W):
+        for run in range(x.shape[1]):
             value, bias, g, ga = 0.0, 0.0, ZERO, ZERO
             if kind == DIRECTIONS:
                 value, _, bias, ga, gb = of_directions(vector(s, 6, run), vector(s, 9, run), x, a, b, run)
@@ -125,23 +124,25 @@ def constrain(
     coordinates: Coordinates, constraints: Constraints, numbers: np.ndarray, seen: np.ndarray, rows: Rows
 ) -> None:
     """Phi, psi = C v - b, C and xi of all rows (10c) to (12) from the coordinates; b and b' of a prescribed rate are in
-    numbers (n, 2, W)."""
+    numbers (n, 2, N)."""
     for row in range(constraints.wanted.size):
         number = constraints.wanted[row]
-        for run in range(W):
+        for run in range(numbers.shape[2]):
             rows.phi[row, run], rows.psi[row, run], rows.xi[row, run] = -constraints.offsets[row, run], 0.0, 0.0
             if number >= 0:
                 rows.psi[row, run], rows.xi[row, run] = -numbers[number, 0, run], numbers[number, 1, run]
-            for i in range(rows.C.shape[1]):
+        for i in range(rows.C.shape[1]):
+            for run in range(numbers.shape[2]):
                 rows.C[row, i, run] = 0.0
     for t in range(constraints.terms.shape[0]):
         row, n = constraints.terms[t, 0], constraints.terms[t, 1]
         first, second = VELOCITY * coordinates.table[n, 1], VELOCITY * coordinates.table[n, 2]
-        for run in range(W):
+        for run in range(numbers.shape[2]):
             factor = constraints.factors[t, run]
             rows.phi[row, run] += factor * seen[n, VALUE, run]
             rows.psi[row, run] += factor * seen[n, RATE, run]
             rows.xi[row, run] -= factor * seen[n, BIAS, run]
-            for i in range(VELOCITY):
-                rows.C[row, first + i, run] += factor * seen[n, GRADIENT + i, run]
-                rows.C[row, second + i, run] += factor * seen[n, GRADIENT + VELOCITY + i, run]
+        for i in range(VELOCITY):
+            for run in range(numbers.shape[2]):
+                rows.C[row, first + i, run] += constraints.factors[t, run] * seen[n, GRADIENT + i, run]
+                rows.C[row, second + i, run] += constraints.factors[t, run] * seen[n, GRADIENT + VELOCITY + i, run]

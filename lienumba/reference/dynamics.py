@@ -23,7 +23,6 @@ from lienumba.reference.mechanism import (
     Laws,
     Room,
     System,
-    W,
 )
 from lienumba.reference.rotations import ZERO, Vec3, compiled, cross, dot, matrix, rotate, rotate_back, vector
 
@@ -32,7 +31,7 @@ SMALLEST_PIVOT = 1e-12  # relative to the diagonal of C M^-1 C^T: of a row that 
 
 @compiled
 def momentum(inertia: np.ndarray, w: Vec3, run: int) -> Vec3:
-    """J w; inertia (3, 3, W)."""
+    """J w; inertia (3, 3, N)."""
     return (
         inertia[0, 0, run] * w[0] + inertia[0, 1, run] * w[1] + inertia[0, 2, run] * w[2],
         inertia[1, 0, run] * w[0] + inertia[1, 1, run] * w[1] + inertia[1, 2, run] * w[2],
@@ -42,11 +41,11 @@ def momentum(inertia: np.ndarray, w: Vec3, run: int) -> Vec3:
 
 @compiled
 def weigh(bodies: Bodies, numbers: np.ndarray, x: np.ndarray, Q: np.ndarray, power: np.ndarray) -> None:
-    """Q (6 k, W) of weights and gyroscopic torques, and the power of a gravity that varies."""
-    for run in range(W):
+    """Q (6 k, N) of weights and gyroscopic torques, and the power of a gravity that varies."""
+    for run in range(x.shape[1]):
         power[run] = 0.0
     for i in range(bodies.masses.shape[0]):
-        for run in range(W):
+        for run in range(x.shape[1]):
             m, w = bodies.masses[i, run], vector(x, STATE * i + 15, run)
             torque = cross(momentum(bodies.inertia[i], w, run), w)
             for c in range(3):
@@ -76,7 +75,7 @@ def load(
     """Add the force laws to Q and to the power; table: of the coordinates."""
     for n in range(laws.table.shape[0]):
         kind, where, flag, first = laws.table[n, 0], laws.table[n, 1], laws.table[n, 2], laws.table[n, 3]
-        for run in range(W):
+        for run in range(x.shape[1]):
             if kind == EFFORT:
                 F, work = effort(numbers, first, flag != 0, seen[where, VALUE, run], seen[where, RATE, run], run)
                 power[run] += work
@@ -105,11 +104,15 @@ def assemble(bodies: Bodies, used: np.ndarray, C: np.ndarray, weight: int, K: np
     n = VELOCITY * k
     for i in range(K.shape[0]):
         for j in range(i + 1):
-            for run in range(W):
-                K[i, j, run] = C[used[i - n], j, run] if j < n <= i else 0.0
+            for run in range(C.shape[2]):
+                K[i, j, run] = 0.0
+    for r in range(used.size):
+        for j in range(n):
+            for run in range(C.shape[2]):
+                K[n + r, j, run] = C[used[r], j, run]
     for i in range(k):
         for c in range(3):
-            for run in range(W):
+            for run in range(C.shape[2]):
                 K[6 * i + c, 6 * i + c, run] = bodies.masses[i, run] if weight == MASS else 1.0
                 for d in range(c + 1):
                     J = bodies.inertia[i, c, d, run]
@@ -121,28 +124,28 @@ def solve(n: int, system: System) -> None:
     """Overwrite b by the solution of K b' = b, by L D L^T without pivoting: A (n, n), positive definite, comes first. A
     pivot of a constraint that is nothing but roundoff makes a run not sound."""
     K, b, scale, size = system.K, system.b, system.scale, system.b.shape[0]
-    factor = np.empty(W)
-    for run in range(W):
+    factor = np.empty(b.shape[1])
+    for run in range(b.shape[1]):
         system.sound[run] = 1.0
     for j in range(size):
-        for run in range(W):
+        for run in range(b.shape[1]):
             for i in range(n, size if j == n else n):
                 scale[i, run] = K[i, i, run]
             if j >= n and not K[j, j, run] < SMALLEST_PIVOT * scale[j, run]:  # both are negative
                 system.sound[run] = 0.0
             scale[j, run] = 1.0 / K[j, j, run]
         for i in range(j + 1, size):
-            for run in range(W):
+            for run in range(b.shape[1]):
                 factor[run] = K[i, j, run] * scale[j, run]
                 b[i, run] -= factor[run] * b[j, run]
             for c in range(j + 1, i + 1):
-                for run in range(W):
+                for run in range(b.shape[1]):
                     K[i, c, run] -= factor[run] * K[c, j, run]
     for j in range(size - 1, -1, -1):
         for i in range(j + 1, size):
-            for run in range(W):
+            for run in range(b.shape[1]):
                 b[j, run] -= K[i, j, run] * b[i, run]
-        for run in range(W):
+        for run in range(b.shape[1]):
             b[j, run] *= scale[j, run]
 
 
@@ -151,14 +154,15 @@ def balance(constraints: Constraints, numbers: np.ndarray, room: Room) -> None:
     """Solve (13) with K assembled: v' and w' of all bodies and lambda of the rows in use go to b, and the power of
     drivers, M v' = Q - C^T lambda, to that of the loads."""
     n, used = room.Q.shape[0], constraints.used
-    for run in range(W):
-        for i in range(n):
+    for i in range(n):
+        for run in range(room.Q.shape[1]):
             room.system.b[i, run] = room.Q[i, run]
-        for r in range(used.size):
+    for r in range(used.size):
+        for run in range(room.Q.shape[1]):
             room.system.b[n + r, run] = room.rows.xi[used[r], run]
     solve(n, room.system)
     for r in range(used.size):
         number = constraints.wanted[used[r]]
-        for run in range(W):
+        for run in range(room.Q.shape[1]):
             if number >= 0:
                 room.power[run] -= room.system.b[n + r, run] * numbers[number, 0, run]

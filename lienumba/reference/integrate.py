@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lienumba.reference.mechanism import STATE, SUCCESS, Method, Records, Run, W, records_of, room_of
+from lienumba.reference.mechanism import STATE, SUCCESS, Method, Records, Run, records_of, room_of
 from lienumba.reference.table import Table
 
 WINDOW = 128  # steps that are made at a time: for so many the numbers that vary in time are tabulated
@@ -27,8 +27,8 @@ class Runs:
     dropped: Sequence[int]
 
     def integrate(self, runs: np.ndarray, stop: np.ndarray) -> Iterator[tuple[Run, Records]]:
-        """Integrate W runs (indices, which may repeat the last one); yields where they are and what is stored, after
-        each window of steps; ends where stop[0] is set."""
+        """Integrate N runs (indices) together; yields where they are and what is stored after each window of steps, and
+        ends where stop[0] is set."""
         from lienumba.reference.step import march
 
         mechanism, method, table = self.table.mechanism(runs, self.dropped), self.method, self.table
@@ -36,21 +36,23 @@ class Runs:
         run = self._start(runs, mechanism.coordinates.vectors)
         room.y[:], room.hat[:] = run.x, run.x  # with the ground, which no step moves
         nodes = np.append(method.A.sum(axis=1), 1.0) * method.h
+        numbers: np.ndarray | None = None
         for first in range(0, self.steps, WINDOW):
             steps = np.arange(first, min(first + WINDOW, self.steps) + 1)
-            numbers = table.numbers_at(steps[:, None] * method.h + nodes, runs)
-            march(mechanism, method, numbers, run, room, records, first)
+            numbers = table.numbers_at(steps[:, None] * method.h + nodes, runs, numbers)
+            march(mechanism, method, numbers[: len(steps)], run, room, records, first)
             yield run, records
             if stop[0] or not (run.code == SUCCESS).any():
                 return
 
     def _start(self, runs: np.ndarray, vectors: np.ndarray) -> Run:
-        near = np.zeros((len(vectors), W))
+        N = len(runs)
+        near = np.zeros((len(vectors), N))
         for joint, n in self.table.angles.items():
             near[n] = np.broadcast_to(self.angles.get(joint, 0.0), (len(self.states),))[runs]
-        ground = np.broadcast_to(IDENTITY_STATE, (W, STATE))
+        ground = np.broadcast_to(IDENTITY_STATE, (N, STATE))
         x = np.ascontiguousarray(np.concatenate([self.states[runs], ground], axis=1).T)
-        places = x.reshape(-1, STATE, W)[:, :3]
+        places = x.reshape(-1, STATE, N)[:, :3]
         size = np.sqrt((places * places).sum(axis=1)).max(axis=0) + np.abs(vectors).max(axis=(0, 1), initial=0.0)
         code = self.codes[runs].astype(np.int64)
-        return Run(x, near, np.zeros(W), code, np.zeros(W, np.int64), np.zeros((2, W)), size)
+        return Run(x, near, np.zeros(N), code, np.zeros(N, np.int64), np.zeros((2, N)), size)

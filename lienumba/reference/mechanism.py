@@ -1,14 +1,13 @@
-"""A mechanism as arrays that jitted functions read: rows of numbers, one column for each of W runs.
+"""A mechanism as arrays that jitted functions read: rows of numbers, one column for each of N runs.
 
-State x (18 (k + 1), W): of every body r (global), R (row by row, body to global), v (global) and w (body frame);
-the ground is the last body. Velocities (6 k, W): v and w of every body. All numbers are in SI units.
+State x (18 (k + 1), N): of every body r (global), R (row by row, body to global), v (global) and w (body frame);
+the ground is the last body. Velocities (6 k, N): v and w of every body. All numbers are in SI units.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-W = 8  # runs that advance together
 STATE, VELOCITY, ALGEBRA = 18, 6, 12  # numbers of one body in x, in its velocities, and in u
 
 # Kinds of coordinates: numbers that depend on where two bodies a and b are. Points p of a and q of b, d from p to q;
@@ -36,21 +35,21 @@ SUCCESS, NON_FINITE, NOT_CONVERGED, SINGULAR, ROTATION = range(5)  # how a run e
 
 
 class Bodies(NamedTuple):
-    """masses (k, W) in kg; inertia (k, 3, 3, W) in kg m^2, body frame."""
+    """masses (k, N) in kg; inertia (k, 3, 3, N) in kg m^2, body frame."""
 
     masses: np.ndarray
     inertia: np.ndarray
 
 
 class Coordinates(NamedTuple):
-    """table (c, 3): kind and bodies a and b of each; vectors (c, 12, W): p, q, u and v, of a ROD its length L for v."""
+    """table (c, 3): kind and bodies a and b of each; vectors (c, 12, N): p, q, u and v, of a ROD its length L for v."""
 
     table: np.ndarray
     vectors: np.ndarray
 
 
 class Constraints(NamedTuple):
-    """terms (t, 2): row and coordinate, and factors (t, W): a row is the sum of its terms less its offset (m, W).
+    """terms (t, 2): row and coordinate, and factors (t, N): a row is the sum of its terms less its offset (m, N).
     wanted (m,): the number that a row prescribes as a rate, -1 for a row of positions; used: the rows that are
     independent of the others."""
 
@@ -62,7 +61,7 @@ class Constraints(NamedTuple):
 
 
 class Laws(NamedTuple):
-    """table (f, 4): kind, body or coordinate, frame or whether it has a potential, first number; points (f, 3, W)."""
+    """table (f, 4): kind, body or coordinate, frame or whether it has a potential, first number; points (f, 3, N)."""
 
     table: np.ndarray
     points: np.ndarray
@@ -95,9 +94,9 @@ class Method(NamedTuple):
 
 
 class Run(NamedTuple):
-    """What W runs carry from step to step: the state x; near (c, W): the angles over all turns, in rad; work (W,) in J;
-    code (W,): how each run ended, SUCCESS while it goes on; steps (W,): how many were made; iterations (2, W): the most
-    of both projections since the last record; size (W,): of the mechanism in m, with which roundoff compares."""
+    """What N runs carry from step to step: the state x; near (c, N): the angles over all turns, in rad; work (N,) in J;
+    code (N,): how each run ended, SUCCESS while it goes on; steps (N,): how many were made; iterations (2, N): the most
+    of both projections since the last record; size (N,): of the mechanism in m, with which roundoff compares."""
 
     x: np.ndarray
     near: np.ndarray
@@ -109,7 +108,7 @@ class Run(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Of all constraint rows phi, its rate psi and xi (m, W), and C (m, 6 (k + 1), W)."""
+    """Of all constraint rows phi, its rate psi and xi (m, N), and C (m, 6 (k + 1), N)."""
 
     phi: np.ndarray
     psi: np.ndarray
@@ -118,8 +117,8 @@ class Rows(NamedTuple):
 
 
 class System(NamedTuple):
-    """The linear system K (n, n, W), b (n, W) of n = 6 k + m unknowns, the scales of its pivots (n, W), and whether it
-    is regular, 1 or 0 (W,)."""
+    """The linear system K (n, n, N), b (n, N) of n = 6 k + m unknowns, the scales of its pivots (n, N), and whether it
+    is regular, 1 or 0 (N,)."""
 
     K: np.ndarray
     b: np.ndarray
@@ -128,10 +127,10 @@ class System(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Memory of a step. seen (c, 15, W): of every coordinate its GRADIENT by v and w of both bodies, VALUE, RATE and
-    BIAS, the second derivative at constant velocities. Q (6 k, W) and the power (W,) of loads; slopes
-    (s, 12 k, W) and powers (s, W) of the stages; u (12 k, W); the new state y, as x of `Run`, and hat, as it was before
-    its projection; pending (W,): the runs that a projection has not finished."""
+    """Memory of a step. seen (c, 15, N): of every coordinate its GRADIENT by v and w of both bodies, VALUE, RATE and
+    BIAS, the second derivative at constant velocities. Q (6 k, N) and the power (N,) of loads; slopes
+    (s, 12 k, N) and powers (s, N) of the stages; u (12 k, N); the new state y, as x of `Run`, and hat, as it was before
+    its projection; pending (N,): the runs that a projection has not finished."""
 
     seen: np.ndarray
     rows: Rows
@@ -147,8 +146,8 @@ class Room(NamedTuple):
 
 
 class Records(NamedTuple):
-    """What is stored: steps (n,) of the outputs; states (n, 18 (k + 1), W), near (n, c, W), work (n, W), accelerations
-    (n, 6 k, W), multipliers (n, m, W) and iterations (n, 2, W); NaN of runs that have ended."""
+    """What is stored: steps (n,) of the outputs; states (n, 18 (k + 1), N), near (n, c, N), work (n, N), accelerations
+    (n, 6 k, N), multipliers (n, m, N) and iterations (n, 2, N); NaN of runs that have ended."""
 
     steps: np.ndarray
     states: np.ndarray
@@ -162,19 +161,21 @@ class Records(NamedTuple):
 def room_of(mechanism: Mechanism, stages: int) -> Room:
     """Memory for a mechanism and a method of so many stages."""
     k, c, m = len(mechanism.bodies.masses), len(mechanism.coordinates.table), len(mechanism.constraints.wanted)
+    N = mechanism.bodies.masses.shape[1]
     n, size = VELOCITY * k, VELOCITY * k + len(mechanism.constraints.used)
-    phi, psi, xi = np.zeros((3, m, W))
-    K, (b, scale), sound = np.zeros((size, size, W)), np.zeros((2, size, W)), np.zeros(W)
-    y, hat = np.zeros((2, STATE * (k + 1), W))
+    phi, psi, xi = np.zeros((3, m, N))
+    K, (b, scale), sound = np.zeros((size, size, N)), np.zeros((2, size, N)), np.zeros(N)
+    y, hat = np.zeros((2, STATE * (k + 1), N))
     return Room(
-        np.zeros((c, SEEN, W)), Rows(phi, psi, xi, np.zeros((m, n + VELOCITY, W))), System(K, b, scale, sound),
-        np.zeros((n, W)), np.zeros(W), np.zeros((stages, ALGEBRA * k, W)), np.zeros((stages, W)),
-        np.zeros((ALGEBRA * k, W)), y, hat, np.zeros(W, np.int64),
+        np.zeros((c, SEEN, N)), Rows(phi, psi, xi, np.zeros((m, n + VELOCITY, N))), System(K, b, scale, sound),
+        np.zeros((n, N)), np.zeros(N), np.zeros((stages, ALGEBRA * k, N)), np.zeros((stages, N)),
+        np.zeros((ALGEBRA * k, N)), y, hat, np.zeros(N, np.int64),
     )  # fmt: skip
 
 
 def records_of(mechanism: Mechanism, steps: np.ndarray) -> Records:
     """Empty records of the states after these steps."""
     k, c, m = len(mechanism.bodies.masses), len(mechanism.coordinates.table), len(mechanism.constraints.wanted)
-    shapes = ((STATE * (k + 1), W), (c, W), (W,), (VELOCITY * k, W), (m, W), (2, W))
+    N = mechanism.bodies.masses.shape[1]
+    shapes = ((STATE * (k + 1), N), (c, N), (N,), (VELOCITY * k, N), (m, N), (2, N))
     return Records(steps, *(np.full((len(steps), *shape), np.nan) for shape in shapes))

@@ -21,7 +21,6 @@ from lienumba.reference.mechanism import (
     Records,
     Room,
     Run,
-    W,
 )
 from lienumba.reference.rotations import compiled, dexpinv, dot, entry, matrix, turned, vector
 
@@ -33,24 +32,26 @@ ROUNDOFF = 16.0 * 2.0**-52  # violations below this, relative to the mechanism, 
 def any_of(flags: np.ndarray, value: int) -> bool:
     """Whether a flag of any run has this value."""
     found = False
-    for run in range(W):
+    for run in range(flags.size):
         found = found or flags[run] == value
     return found
 
 
 @compiled
-def take(x: np.ndarray, y: np.ndarray, run: int) -> None:
-    """x = y in one run."""
+def take(x: np.ndarray, y: np.ndarray, code: np.ndarray) -> None:
+    """x = y in the runs that go on; y may have more rows."""
     for i in range(x.shape[0]):
-        x[i, run] = y[i, run]
+        for run in range(x.shape[1]):
+            if code[run] == SUCCESS:
+                x[i, run] = y[i, run]
 
 
 @compiled
 def move(x: np.ndarray, u: np.ndarray, y: np.ndarray) -> None:
-    """y = x exp(u) (16), (17), in the group of section 2; u (12 k, W): of r, R, v and w of every body."""
+    """y = x exp(u) (16), (17), in the group of section 2; u (12 k, N): of r, R, v and w of every body."""
     for i in range(u.shape[0] // ALGEBRA):
         to, by = STATE * i, ALGEBRA * i
-        for run in range(W):
+        for run in range(x.shape[1]):
             R = turned(matrix(x, to + 3, run), vector(u, by + 3, run))
             for c in range(9):
                 y[to + 3 + c, run] = R[c]
@@ -64,19 +65,22 @@ def move(x: np.ndarray, u: np.ndarray, y: np.ndarray) -> None:
 def combine(method: Method, stage: int, slopes: np.ndarray, u: np.ndarray, code: np.ndarray) -> None:
     """u = h sum_j a_ij f*_j of stage i, or with b_j behind the last one; ends runs of which it turns a body too far or
     is not finite."""
-    last = stage == method.b.size
-    for run in range(W):
-        square = 0.0
-        for i in range(u.shape[0]):
+    square = np.zeros(u.shape[1])
+    for i in range(u.shape[0]):
+        for run in range(u.shape[1]):
             u[i, run] = 0.0
-            for j in range(stage):
-                u[i, run] += method.h * (method.b[j] if last else method.A[stage, j]) * slopes[j, i, run]
-            square += u[i, run] * u[i, run]
+        for j in range(stage):
+            weight = method.h * (method.b[j] if stage == method.b.size else method.A[stage, j])
+            for run in range(u.shape[1]):
+                u[i, run] += weight * slopes[j, i, run]
+        for run in range(u.shape[1]):
+            square[run] += u[i, run] * u[i, run]
+    for run in range(u.shape[1]):
         for i in range(u.shape[0] // ALGEBRA):
             w = vector(u, ALGEBRA * i + 3, run)
             if code[run] == SUCCESS and dot(w, w) >= method.largest:
                 code[run] = ROTATION
-        if code[run] == SUCCESS and not square < HUGE:
+        if code[run] == SUCCESS and not square[run] < HUGE:
             code[run] = NON_FINITE
 
 
@@ -85,7 +89,7 @@ def slope(terms: int, u: np.ndarray, y: np.ndarray, accelerations: np.ndarray, s
     """f* = dexp^-1_{-u}(F) with F = (v, w, v', w') at y (15), (19), (A.9)."""
     for i in range(u.shape[0] // ALGEBRA):
         of, to, row = STATE * i, ALGEBRA * i, VELOCITY * i
-        for run in range(W):
+        for run in range(u.shape[1]):
             w = dexpinv(vector(u, to + 3, run), vector(y, of + 15, run), terms)
             for c in range(3):
                 slopes[to + c, run], slopes[to + 3 + c, run] = y[of + 12 + c, run], w[c]
@@ -95,7 +99,7 @@ def slope(terms: int, u: np.ndarray, y: np.ndarray, accelerations: np.ndarray, s
 
 @compiled
 def violation(rows: np.ndarray, wanted: np.ndarray, positions: bool, roundoff: float, run: int) -> float:
-    """The largest of the rows (m, W) of a run that is more than roundoff; positions: only of those that have one."""
+    """The largest of the rows (m, N) of a run that is more than roundoff; positions: only of those that have one."""
     worst = 0.0
     for row in range(rows.shape[0]):
         size = abs(rows[row, run])
@@ -112,20 +116,20 @@ def correct(mechanism: Mechanism, room: Room, weight: int, place: int) -> None:
     n, used, wanted = room.Q.shape[0], mechanism.constraints.used, mechanism.constraints.wanted
     K, b = room.system.K, room.system.b
     assemble(mechanism.bodies, used, room.rows.C, weight, K)
-    for run in range(W):
-        for i in range(n):
+    for i in range(n):
+        for run in range(b.shape[1]):
             b[i, run] = 0.0
-        for r in range(used.size):
-            row = used[r]
-            if weight == PLACES and wanted[row] >= 0:  # a row without position leaves x alone
-                b[n + r, run] = 0.0
-                for i in range(n):
-                    K[n + r, i, run] = 0.0
-                K[n + r, n + r, run] = -1.0
-            else:
-                b[n + r, run] = -room.rows.phi[row, run] if weight == PLACES else -room.rows.psi[row, run]
-                for i in range(n):
-                    b[n + r, run] += K[n + r, i, run] * room.u[ALGEBRA * (i // VELOCITY) + place + i % VELOCITY, run]
+    for r in range(used.size):
+        row = used[r]
+        left_out = weight == PLACES and wanted[row] >= 0  # a row without position leaves x alone
+        for run in range(b.shape[1]):
+            b[n + r, run] = -room.rows.phi[row, run] if weight == PLACES else -room.rows.psi[row, run]
+            K[n + r, n + r, run] = -1.0 if left_out else 0.0
+        for i in range(n):
+            at = ALGEBRA * (i // VELOCITY) + place + i % VELOCITY
+            for run in range(b.shape[1]):
+                K[n + r, i, run] = 0.0 if left_out else K[n + r, i, run]
+                b[n + r, run] += K[n + r, i, run] * room.u[at, run]
     solve(n, room.system)
 
 
@@ -139,15 +143,16 @@ def project(mechanism: Mechanism, method: Method, numbers: np.ndarray, run: Run,
     """
     kind = 0 if weight == PLACES else 1
     wanted, rows = mechanism.constraints.wanted, room.rows
-    for lane in range(W):
-        take(room.hat, room.y, lane)
+    take(room.hat, room.y, run.code)
+    for lane in range(room.y.shape[1]):
         room.pending[lane] = run.code[lane] == SUCCESS
-        for i in range(room.u.shape[0]):
+    for i in range(room.u.shape[0]):
+        for lane in range(room.y.shape[1]):
             room.u[i, lane] = 0.0
     for iteration in range(method.limit + 1):
         evaluate(mechanism.coordinates, room.y, run.near, room.seen)
         constrain(mechanism.coordinates, mechanism.constraints, numbers, room.seen, rows)
-        for lane in range(W):
+        for lane in range(room.y.shape[1]):
             if room.pending[lane] and iteration > 0:
                 found, roundoff = rows.phi if kind == 0 else rows.psi, ROUNDOFF * run.size[lane]
                 room.pending[lane] = violation(found, wanted, kind == 0, roundoff, lane) > method.tolerance
@@ -156,11 +161,13 @@ def project(mechanism: Mechanism, method: Method, numbers: np.ndarray, run: Run,
         if not any_of(room.pending, 1) or iteration == method.limit:
             return
         correct(mechanism, room, weight, 6 * kind)
-        for lane in range(W):
+        for lane in range(room.y.shape[1]):
             if room.pending[lane]:
                 run.iterations[kind, lane] = max(run.iterations[kind, lane], iteration + 1)
-                for i in range(room.Q.shape[0]):
-                    room.u[ALGEBRA * (i // VELOCITY) + 6 * kind + i % VELOCITY, lane] = room.system.b[i, lane]
+        for i in range(room.Q.shape[0]):
+            at = ALGEBRA * (i // VELOCITY) + 6 * kind + i % VELOCITY
+            for lane in range(room.y.shape[1]):
+                room.u[at, lane] = room.system.b[i, lane] if room.pending[lane] else room.u[at, lane]
         move(room.hat, room.u, room.y)
 
 
@@ -169,12 +176,12 @@ def store(used: np.ndarray, run: Run, b: np.ndarray, records: Records, place: in
     """Store the state, and b with its accelerations and multipliers, of the runs that go on, at one place of the
     records."""
     n = records.accelerations.shape[1]
-    for lane in range(W):
+    take(records.states[place], run.x, run.code)
+    take(records.near[place], run.near, run.code)
+    take(records.accelerations[place], b, run.code)
+    take(records.iterations[place], run.iterations, run.code)
+    for lane in range(b.shape[1]):
         if run.code[lane] == SUCCESS:
-            take(records.states[place], run.x, lane)
-            take(records.near[place], run.near, lane)
-            take(records.accelerations[place], b, lane)
-            take(records.iterations[place], run.iterations, lane)
             records.work[place, lane] = run.work[lane]
             for row in range(records.multipliers.shape[1]):
                 records.multipliers[place, row, lane] = 0.0
@@ -186,9 +193,9 @@ def store(used: np.ndarray, run: Run, b: np.ndarray, records: Records, place: in
 @compiled
 def commit(method: Method, run: Run, room: Room) -> None:
     """Take the projected state in the runs that go on."""
-    for lane in range(W):
+    take(run.x, room.y, run.code)
+    for lane in range(run.x.shape[1]):
         if run.code[lane] == SUCCESS:
-            take(run.x, room.y, lane)
             run.steps[lane] += 1
             for s in range(method.b.size):
                 run.work[lane] += method.h * method.b[s] * room.powers[s, lane]
@@ -198,7 +205,7 @@ def commit(method: Method, run: Run, room: Room) -> None:
 def march(
     mechanism: Mechanism, method: Method, numbers: np.ndarray, run: Run, room: Room, records: Records, first: int
 ) -> None:
-    """Make the steps (20) behind step `first`, one less than numbers (steps + 1, s + 1, n, 2, W) has; store the outputs
+    """Make the steps (20) behind step `first`, one less than numbers (steps + 1, s + 1, n, 2, N) has; store the outputs
     behind that step, of step 0 also the start. The numbers of a step are at its stages and at its end."""
     bodies, coordinates, constraints, laws = mechanism
     last, stages, place, system = numbers.shape[0] - 1, method.b.size, 0, room.system
@@ -219,7 +226,7 @@ def march(
             load(laws, coordinates.table, numbers[n, s], room.y, room.seen, room.Q, room.power)
             assemble(bodies, constraints.used, room.rows.C, 0, system.K)
             balance(constraints, numbers[n, s], room)
-            for lane in range(W):
+            for lane in range(run.x.shape[1]):
                 for c in range(run.near.shape[0] if s == 0 else 0):
                     run.near[c, lane] = room.seen[c, VALUE, lane]
             if s == 0 and due:
@@ -228,7 +235,7 @@ def march(
             if n == last:
                 return
             slope(method.terms, room.u, room.y, system.b, room.slopes[s])
-            for lane in range(W):
+            for lane in range(run.x.shape[1]):
                 room.powers[s, lane] = room.power[lane]
                 if run.code[lane] == SUCCESS and system.sound[lane] == 0.0:
                     run.code[lane] = SINGULAR

@@ -30,7 +30,6 @@ from lienumba.reference.mechanism import (
     Coordinates,
     Laws,
     Mechanism,
-    W,
 )
 
 X, Y, Z = range(3)
@@ -170,9 +169,9 @@ class Table:
         self.points.append(place)
 
     def mechanism(self, runs: np.ndarray, dropped: Sequence[int]) -> Mechanism:
-        """The arrays of these W runs (indices), without the dependent rows that are dropped."""
+        """The arrays of these runs (indices), without the dependent rows that are dropped."""
         bodies = self.model.bodies
-        inertia = np.empty((len(bodies), 3, 3, W))
+        inertia = np.empty((len(bodies), 3, 3, len(runs)))
         for body, J in zip(bodies, inertia, strict=True):
             for (i, j), x in zip(INERTIA_ELEMENTS, body.inertia, strict=True):
                 J[i, j] = J[j, i] = _row(x, runs)
@@ -187,11 +186,15 @@ class Table:
             Laws(_whole(self.laws, 4), _vectors(self.points, 3, runs)),
         )  # fmt: skip
 
-    def numbers_at(self, times: np.ndarray, runs: np.ndarray) -> np.ndarray:
-        """All numbers of these W runs (indices) and their rates at times (...) in s: (..., n, 2, W)."""
-        found = np.zeros((*times.shape, len(self.numbers), 2, W))
+    def numbers_at(self, times: np.ndarray, runs: np.ndarray, before: np.ndarray | None = None) -> np.ndarray:
+        """All numbers of these runs (indices) and their rates at times (...) in s: (..., n, 2, N). before: those at
+        as many other times, or more, which are overwritten."""
+        shape = (*times.shape, len(self.numbers), 2, len(runs))
+        found = np.zeros(shape) if before is None else before[: len(times)]
         with np.errstate(all="ignore"):
             for n, x in enumerate(self.numbers):
+                if before is not None and not callable(x):
+                    continue
                 y = lift(x(Jet(times[..., None], 1.0)) if callable(x) else x)
                 for place, z in enumerate((y.a, y.b)):
                     found[..., n, place, :] = z[..., runs] if np.shape(z)[-1:] not in ((), (1,)) else z
@@ -205,17 +208,17 @@ def _negative(x: Any) -> Any:
 
 
 def _row(x: Number, runs: np.ndarray) -> np.ndarray:
-    """A number of these runs (W,)."""
+    """A number of these runs (N,)."""
     found = np.asarray(x, float)
-    return np.broadcast_to(found[runs] if found.ndim else found, (W,))
+    return np.broadcast_to(found[runs] if found.ndim else found, runs.shape)
 
 
 def _rows(numbers: Sequence[Number], runs: np.ndarray) -> np.ndarray:
-    return np.array([_row(x, runs) for x in numbers]).reshape(len(numbers), W)
+    return np.array([_row(x, runs) for x in numbers]).reshape(len(numbers), len(runs))
 
 
 def _vectors(vectors: Sequence[Sequence[Number]], size: int, runs: np.ndarray) -> np.ndarray:
-    return np.array([[_row(x, runs) for x in v] for v in vectors]).reshape(len(vectors), size, W)
+    return np.array([[_row(x, runs) for x in v] for v in vectors]).reshape(len(vectors), size, len(runs))
 
 
 def _whole(rows: Sequence[Sequence[int]], size: int) -> np.ndarray:

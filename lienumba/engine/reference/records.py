@@ -1,7 +1,7 @@
 """What the engine "numba" stores, as records of the dataset: everything that is computed from a stored state, its
 accelerations and its multipliers."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.mechanism.tables import RunNumbers
 from lienumba.mechanics.system.kkt import Structure
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, Observation
-from lienumba.reference.mechanism import Records, W
+from lienumba.reference.mechanism import Records
 
 Named = dict[str, list[Any]]
 
@@ -27,38 +27,35 @@ Named = dict[str, list[Any]]
 def records_of(
     model: Model,
     runs: np.ndarray,
-    stored: Sequence[Records],
+    stored: Records,
     h: float,
     angles: dict[int, int],
     observe: Callable[[Model, Instant, list[Any], list[Any]], Named],
 ) -> tuple[np.ndarray, dict[str, tuple[int, int]]]:
-    """Records (blocks, outputs, rows, W) as `lienumba.batch.records` reads them, and the first row and the size of each
-    variable that is computed; runs (blocks, W): indices; stored: of each block; h: the step in s; angles: the
-    coordinate of each joint whose turns are counted."""
-    k, outputs = len(model.bodies), stored[0].steps
-    shape = (len(stored), len(outputs), W)
-    states, near, accelerations, multipliers, iterations = (
-        np.moveaxis(np.array([getattr(x, name) for x in stored]), -2, 0)
-        for name in ("states", "near", "accelerations", "multipliers", "iterations")
-    )  # each: rows, blocks, outputs, W
-    states, work = states[: ELEMENT * k], np.array([x.work for x in stored])[None]
-    rows = [x.reshape(-1) for x in states]
+    """Records (1, outputs, rows, N) as `lienumba.batch.records` reads them, and the first row and the size of each
+    variable that is computed; runs (N,): indices; h: the step in s; angles: the coordinate of each joint whose turns
+    are counted."""
+    k, shape = len(model.bodies), (len(stored.steps), len(runs))
+    states = stored.states[:, : ELEMENT * k]
+    rows = _rows(states)
     bodies = tuple(tuple(rows[ELEMENT * i : ELEMENT * (i + 1)]) for i in range(k))
-    times = np.broadcast_to((outputs * h)[:, None], shape).reshape(-1)
-    now = Instant(bodies, times, {joint: near[n].reshape(-1) for joint, n in angles.items()})
-    every = np.broadcast_to(runs[:, None], shape).reshape(-1)
+    near, times = _rows(stored.near), np.repeat(stored.steps * h, len(runs))
+    now = Instant(bodies, times, {joint: near[n] for joint, n in angles.items()})
     with np.errstate(all="ignore"):  # runs that have ended are NaN
-        named = observe(
-            _of_runs(model, every), now, *([x.reshape(-1) for x in y] for y in (accelerations, multipliers))
-        )
+        every = _of_runs(model, np.tile(runs, len(stored.steps)))
+        named = observe(every, now, _rows(stored.accelerations), _rows(stored.multipliers))
     places: dict[str, tuple[int, int]] = {}
     found: list[np.ndarray] = []
     for name, numbers in named.items():
         places[name] = (len(found), len(numbers))
-        found += [np.broadcast_to(np.asarray(x, float), (every.size,)).reshape(shape) for x in numbers]
-    seen = np.where(np.isnan(work[0]), np.nan, np.array(found).reshape(len(found), *shape))
-    whole = np.concatenate([states, work, seen, iterations])
-    return np.ascontiguousarray(np.moveaxis(whole, 0, -2)), places
+        found += [np.broadcast_to(np.asarray(x, float), times.shape).reshape(shape) for x in numbers]
+    seen = np.where(np.isnan(stored.work)[:, None], np.nan, np.array(found).reshape(-1, *shape).swapaxes(0, 1))
+    return np.concatenate([states, stored.work[:, None], seen, stored.iterations], axis=1)[None], places
+
+
+def _rows(records: np.ndarray) -> list[np.ndarray]:
+    """Records (outputs, rows, N) row by row, each for all outputs and runs."""
+    return list(records.swapaxes(0, 1).reshape(records.shape[1], -1))
 
 
 def observer(structure: Structure, reactions: bool) -> Callable[[Model, Instant, list[Any], list[Any]], Named]:

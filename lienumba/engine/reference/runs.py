@@ -1,6 +1,6 @@
 """Runs by the engine "numba" (`lienumba.reference`): from prepared runs to what is kept of them."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from time import thread_time
@@ -18,12 +18,12 @@ from lienumba.integrators.methods import METHODS
 from lienumba.integrators.tracing.augmented_state import counted_angles
 from lienumba.mechanics.system.kkt import Structure
 from lienumba.reference.integrate import Runs
-from lienumba.reference.mechanism import CLOSED, IDENTITY, MASS, NONE, PLACES, Method, Records, Run, W
+from lienumba.reference.mechanism import CLOSED, IDENTITY, MASS, NONE, PLACES, Method, Run
 from lienumba.reference.table import Table
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Prepared
 
-BLOCKS = 8  # of W runs in one task: enough that what is stored costs little beside the steps
+TOGETHER = 32  # runs in one task: enough for vector instructions, and few enough that their matrices stay in caches
 POSITION_WEIGHTS = {"none": NONE, "local": PLACES}
 VELOCITY_WEIGHTS = {"none": NONE, "mass": MASS, "identity": IDENTITY}
 
@@ -40,7 +40,7 @@ def chunks(
     for prepared in portions:
         results = results or Results(resolved, prepared.nominal)
         work, total = _Work.of(resolved, prepared, results), len(prepared.states)
-        size = W * max(1, min(BLOCKS, -(-total // (W * workers)), CHUNK_BYTES // work.bytes_of_block))
+        size = max(1, min(TOGETHER, -(-total // workers), CHUNK_BYTES // work.bytes_of_run))
         for first in range(0, total, size):
             runs = slice(first, min(first + size, total))
             yield Task(runs.stop - runs.start, len(work.runs.outputs), partial(work.piece, runs))
@@ -67,45 +67,34 @@ class _Work:
         return _Work(resolved, prepared, results, runs)
 
     @property
-    def bytes_of_block(self) -> int:
-        """Of the records of W runs, about."""
+    def bytes_of_run(self) -> int:
+        """Of the records of a run, about."""
         rows = 2 * ELEMENT * len(self.prepared.model.bodies) + 4 * len(self.runs.table.wanted)
-        return 8 * W * len(self.runs.outputs) * rows
+        return 8 * len(self.runs.outputs) * rows
 
     def piece(self, runs: slice, progress: np.ndarray, stop: np.ndarray) -> Piece:
         """Integrate these runs, and take what is kept of them; see `Task` for progress and stop."""
-        started, count = thread_time(), runs.stop - runs.start
-        blocks = [np.minimum(np.arange(first, first + W), runs.stop - 1) for first in range(runs.start, runs.stop, W)]
-        ends: list[tuple[Run, Records]] = []
-        for indices in blocks:
-            for end in self.runs.integrate(indices, stop):
-                done = len(ends) + end[0].steps.max() / self.runs.steps
-                progress[0] = int(min(W * done / count, 1.0) * len(self.runs.outputs))
-            ends.append(end)
-        model = self.prepared.model
+        started, indices, model = thread_time(), np.arange(runs.start, runs.stop), self.prepared.model
+        for end in self.runs.integrate(indices, stop):
+            progress[0] = end[0].steps.max() * len(self.runs.outputs) // self.runs.steps
+        run, stored = end
         rows = Structure.of(model, selection_of(self.resolved, self.prepared).rows)
-        records, observed = records_of(
-            model, np.array(blocks), [x for _, x in ends], self.runs.method.h, self.runs.table.angles,
-            observer(rows, method_of(self.resolved, model).reactions),
-        )  # fmt: skip
-        chunk = self._chunk(runs, records, [x for x, _ in ends], thread_time() - started)
+        observe = observer(rows, method_of(self.resolved, model).reactions)
+        records, observed = records_of(model, indices, stored, self.runs.method.h, self.runs.table.angles, observe)
+        chunk = self._chunk(runs, records, run, thread_time() - started)
         outline = outline_of(len(model.bodies), len(self.runs.method.b), observed)
         return self.results.piece(chunk, outline, np.array(self.prepared.labels)[runs])
 
-    def _chunk(self, runs: slice, records: np.ndarray, ends: Sequence[Run], seconds: float) -> Chunk:
+    def _chunk(self, runs: slice, records: np.ndarray, run: Run, seconds: float) -> Chunk:
         """The finished runs, which know neither events nor changes."""
         count, end, rests = runs.stop - runs.start, self.resolved.data.integrator.end_time, self.prepared.rests
-        codes, steps, work = (
-            np.concatenate([getattr(x, name) for x in ends])[:count] for name in ("code", "steps", "work")
-        )
-        states = np.concatenate([x.x[:-ELEMENT].T for x in ends])[:count]
-        times = np.where(steps == self.runs.steps, end, steps * self.runs.method.h)
+        states = np.column_stack([run.x[:-ELEMENT].T, run.work])
+        times = np.where(run.steps == self.runs.steps, end, run.steps * self.runs.method.h)
         none, zero = np.full((count, 0), np.nan), np.zeros(count)
         return Chunk(
-            runs, records, None, np.full((len(ends), W), np.nan), np.column_stack([states, work]),
-            codes.astype(np.int8), times, steps, np.zeros(count, np.int64), none, none, None, none,
-            np.zeros((count, 0, 5)), zero, zero, np.zeros((count, 0, 2)),
-            np.zeros(count, np.int8) if rests is None else rests[runs], seconds,
+            runs, records, None, np.full((1, count), np.nan), states, run.code.astype(np.int8), times, run.steps,
+            np.zeros(count, np.int64), none, none, None, none, np.zeros((count, 0, 5)), zero, zero,
+            np.zeros((count, 0, 2)), np.zeros(count, np.int8) if rests is None else rests[runs], seconds,
         )  # fmt: skip
 
 
