@@ -64,7 +64,7 @@ INSIDE = {  # the floors of rooms, lowest first
         {"runner", "prepared"}, {"checks", "rare"},
     ],
     "reference": [
-        {"mechanism", "rotations"}, {"coordinates", "table"}, {"dynamics"}, {"step"}, {"integrate"},
+        {"compiling", "mechanism"}, {"rotations"}, {"coordinates", "table"}, {"dynamics"}, {"step"}, {"integrate"},
     ],
     "integrators": [
         {"codes", "reach", "selection_table", "sizes", "truth"}, {"layout"}, {"methods"}, {"drivers"}, {"tracing"},

@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from lienumba.reference.compiling import compiled
 from lienumba.reference.mechanism import (
     ALONG,
     ANGLE,
@@ -27,7 +28,7 @@ from lienumba.reference.mechanism import (
     Coordinates,
     Rows,
 )
-from lienumba.reference.rotations import ZERO, Vec3, compiled, cross, dot, matrix, plus, rotate, rotate_back, vector
+from lienumba.reference.rotations import ZERO, Vec3, cross, dot, matrix, plus, rotate, rotate_back, vector
 
 TINY = 1e-200  # m^2, below the square of every length: two points that coincide have no direction, and no NaN
 TURN = 2.0 * math.pi

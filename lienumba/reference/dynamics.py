@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from lienumba.reference.compiling import compiled
 from lienumba.reference.mechanism import (
     DAMPING,
     EFFORT,
@@ -24,7 +25,7 @@ from lienumba.reference.mechanism import (
     Room,
     System,
 )
-from lienumba.reference.rotations import ZERO, Vec3, compiled, cross, dot, matrix, rotate, rotate_back, vector
+from lienumba.reference.rotations import ZERO, Vec3, cross, dot, matrix, rotate, rotate_back, vector
 
 SMALLEST_PIVOT = 1e-12  # relative to the diagonal of C M^-1 C^T: of a row that depends on the others but for roundoff
 

@@ -29,6 +29,7 @@ class Runs:
     def integrate(self, runs: np.ndarray, stop: np.ndarray) -> Iterator[tuple[Run, Records]]:
         """Integrate N runs (indices) together; yields where they are and what is stored after each window of steps, and
         ends where stop[0] is set."""
+        from lienumba.reference.compiling import compile_for
         from lienumba.reference.step import march
 
         mechanism, method, table = self.table.mechanism(runs, self.dropped), self.method, self.table
@@ -40,7 +41,9 @@ class Runs:
         for first in range(0, self.steps, WINDOW):
             steps = np.arange(first, min(first + WINDOW, self.steps) + 1)
             numbers = table.numbers_at(steps[:, None] * method.h + nodes, runs, numbers)
-            march(mechanism, method, numbers[: len(steps)], run, room, records, first)
+            given = mechanism, method, numbers[: len(steps)], run, room, records, first
+            compile_for(march, *given)
+            march(*given)
             yield run, records
             if stop[0] or not (run.code == SUCCESS).any():
                 return

@@ -7,13 +7,12 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from lienumba.reference.compiling import compiled
 
 Vec3 = tuple[Any, Any, Any]
 Matrix3 = tuple[Any, ...]
 
-entry = njit(nogil=True, error_model="numpy", cache=True)  # of a function that Python calls
-compiled = njit(nogil=True, error_model="numpy", cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 ZERO = (0.0, 0.0, 0.0)
 SERIES = 0.25  # rad^2: below, the coefficient of dexp^-1 in closed form is its series, which does not cancel
 # (-1)^j B_j / j! (A.4), the signs of dexp^-1_{-u}; the paper's print leaves them out.

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from lienumba.reference.compiling import compiled, entry
 from lienumba.reference.coordinates import constrain, evaluate
 from lienumba.reference.dynamics import assemble, balance, load, solve, weigh
 from lienumba.reference.mechanism import (
@@ -22,7 +23,7 @@ from lienumba.reference.mechanism import (
     Room,
     Run,
 )
-from lienumba.reference.rotations import compiled, dexpinv, dot, entry, matrix, turned, vector
+from lienumba.reference.rotations import dexpinv, dot, matrix, turned, vector
 
 HUGE = 1e300  # a sum of squares below this is finite
 ROUNDOFF = 16.0 * 2.0**-52  # violations below this, relative to the mechanism, are roundoff
