@@ -1,7 +1,7 @@
 """Commands about what is asked for: sample, validate, check, info, schema, doctor."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -91,13 +91,20 @@ def check(
     ],
     runs: Annotated[int, typer.Option("--runs", metavar="N", min=1, help="How many runs, the first ones.")] = 8,
     steps: Annotated[int, typer.Option("--steps", metavar="N", min=1, help="How many steps of each.")] = 200,
+    by: Annotated[
+        Literal["numba", "mujoco"],
+        typer.Option("--with", help='"numba": the paper\'s formulas in plain Numba; "mujoco": trees under gravity.'),
+    ] = "numba",
     settings: SetOption = None,
     allow_code: AllowScenarioCodeOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Simulate the same samples by the paper's formulas in plain Numba, and print the largest differences."""
+    """Simulate the same samples by another engine, and print the largest differences."""
     with console.exit_codes():
-        from lienumba.engine.checks.engines import check as compared
+        if by == "mujoco":
+            from lienumba.engine.checks.mujoco import check as compared
+        else:
+            from lienumba.engine.checks.engines import check as compared
         from lienumba.scenario.base.arguments import parse_assignments
 
         overrides = parse_assignments(settings or [])

@@ -64,10 +64,10 @@ def check(
     from lienumba.engine.simulate import Runs, Threads
     from lienumba.scenario.start.prepare import check_initial
 
-    whole, samples = _read(source, overrides, allow_code)
+    whole, samples = read(source, overrides, allow_code)
     found: list[xr.Dataset] = []
     for engine in (None, "numba"):
-        scenario = _short(whole, steps, engine)
+        scenario = shortened(whole, steps, engine)
         nominal = check_initial(scenario)
         labels = [*samples][:runs] if samples else [*scenario.labels][:runs]
         wanted = runs_of(scenario, labels, nominal)
@@ -108,7 +108,7 @@ def _difference(name: str, one: "xr.DataArray", other: "xr.DataArray") -> Differ
     return Difference(name, str(one.attrs.get("units", "1")), float(apart.max()), scale, *where)
 
 
-def _read(
+def read(
     source: object, overrides: Mapping[str, object] | None, allow_code: bool
 ) -> tuple[Scenario, dict[int, dict[str, float]]]:
     """The scenario, and of a dataset the samples of its runs by their labels and paths."""
@@ -127,7 +127,7 @@ def _read(
         return (resolve(scenario.to_dict(), overrides=overrides) if overrides else scenario), samples
 
 
-def _short(whole: Scenario, steps: int, engine: str | None) -> Scenario:
+def shortened(whole: Scenario, steps: int, engine: str | None) -> Scenario:
     """The scenario with the first steps alone, the whole course of them, and one of the engines."""
     data: dict[str, Any] = {key: x for key, x in whole.to_dict().items() if key not in DROPPED}
     integrator = {key: x for key, x in data["integrator"].items() if key != "engine"}
