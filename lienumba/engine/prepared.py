@@ -162,7 +162,7 @@ def prepare(
     """
     import warnings
 
-    from lienumba.engine.programs import compiled_of
+    from lienumba.engine.programs import compile_early
     from lienumba.scenario.start.never import warnings_of
     from lienumba.scenario.start.prepare import prepare as prepare_runs
 
@@ -172,7 +172,7 @@ def prepare(
     for sentence in warnings_of(resolved):
         warnings.warn(str(sentence), stacklevel=2)
     prepared = Prepared(resolved)
-    compiled_of(resolved, prepare_runs(resolved, list(resolved.labels[:1]), nominal=prepared._nominal), True)
+    compile_early(resolved, prepare_runs(resolved, list(resolved.labels[:1]), nominal=prepared._nominal), True)
     return prepared
 
 

@@ -91,6 +91,14 @@ def compiled_of(
     return compiled(prepared.model, method_of(resolved, prepared.model), selection_of(resolved, prepared), fixed, begin)
 
 
+def compile_early(
+    resolved: Scenario, prepared: Prepared, fixed: bool, begin: Callable[[], None] = lambda: None
+) -> None:
+    """Compile the program of these runs before they are timed, if it is what integrates them."""
+    if resolved.data.integrator.engine is None:
+        compiled_of(resolved, prepared, fixed, begin)
+
+
 def batch_of(resolved: Scenario, prepared: Prepared, program: "Outline", machine: "Machine") -> "Batch":
     """The runs, ready to be executed."""
     from lienumba.batch.actions import plan

@@ -15,7 +15,7 @@ import numpy as np
 from lienumba.batch.statuses import GOOD
 from lienumba.engine.fields.field import measured
 from lienumba.engine.memory import Memory
-from lienumba.engine.programs import compiled_of
+from lienumba.engine.programs import compile_early
 from lienumba.engine.simulate import Progress, Runs, Tell, Threads, simulate
 from lienumba.integrators.methods import METHODS
 from lienumba.scenario.resolve import Scenario
@@ -104,7 +104,7 @@ class _Bench:
         references = [(x, problem) for problem, both in self.plan.references.items() for x in both]
         needed = [*((point.scenario, point.problem) for point in self.plan.points), *references]
         for scenario, problem in needed:
-            compiled_of(_lean(scenario), self.prepared[problem], True, self._tell_compiling)
+            compile_early(_lean(scenario), self.prepared[problem], True, self._tell_compiling)
 
     def _tell_compiling(self) -> None:
         self.tell(Progress("compile", 0, self.total, 0))

@@ -68,3 +68,17 @@ def test_a_step_in_which_a_body_turns_too_far_is_a_status():
     assert found.status.values.tolist() == [4]
     assert np.isnan(found.position.values[0, 1:]).all()
     assert found.steps.values.tolist() == [0]
+
+
+def test_what_is_prepared_replayed_or_on_disk_is_integrated_by_this_engine(tmp_path):
+    keys = {"integrator.engine": "numba", "integrator.end_time": 0.02, "output.every": 0.01}
+    keys |= {"sweep": {"runs": 3, "seed": 1, "vary": VARY}}
+    memory = lienumba.run(SCENARIO, overrides=keys, progress=False)
+    disk = lienumba.run(SCENARIO, overrides=keys, output=tmp_path / "out.nc", progress=False)
+    again = lienumba.replay(tmp_path / "out.nc", 2, progress=False)
+    prepared = lienumba.prepare(SCENARIO, overrides=keys).run()
+    assert 'engine = "numba"' in again.attrs["scenario"]
+    for name in STATE:
+        np.testing.assert_array_equal(memory[name].values, disk[name].values)
+        np.testing.assert_array_equal(memory[name].values, prepared[name].values)
+        np.testing.assert_array_equal(memory[name].isel(run=[2], time=-1).values, again[name].isel(time=-1).values)

@@ -74,9 +74,7 @@ def check(
     limit = AGREE if decisive.time == 0.0 else ALONG
     agrees = decisive.relative <= limit
     verdict = f"the engine {'agrees' if agrees else 'does not agree'} with MuJoCo {mujoco.__version__}"
-    sentence = (
-        f"{verdict}: {decisive.name} differs by {decisive.relative:.1e} of its size, at most {limit:g} is allowed"
-    )
+    sentence = f"{verdict}: {decisive.name} differs by {decisive.relative:.1e} of its size, {limit:g} is allowed"
     headline = f"{plural(len(labels), 'run', 'runs')}, {plural(count, 'step', 'steps')}, by MuJoCo of RK4"
     return Check(headline, differences, agrees, sentence)
 
@@ -121,9 +119,10 @@ class _Theirs:
 def mjcf(model: Model, bodies: Bodies, h: float) -> str:
     """The mechanism in MuJoCo's format, its joints at zero where the bodies are at the start (18 numbers of each); a
     ScenarioError if there is no equivalent."""
-    elements = (*model.forces, *model.drivers, *model.contacts, *model.limits)
-    if elements or any(map(callable, model.gravity)):
-        raise ScenarioError(f"{listed([x.name for x in elements] or ['model.gravity'])}: {NOWHERE}")
+    kinds = (model.forces, model.drivers, model.contacts, model.limits)
+    names = [x.name for elements in kinds for x in elements] + ["gravity"] * any(map(callable, model.gravity))
+    if names:
+        raise ScenarioError(f"model: {listed(names)}: {NOWHERE}")
     children: dict[int, list[tuple[int, Joint | None]]] = {}
     placed, left = {GROUND}, list(model.joints)
     while True:

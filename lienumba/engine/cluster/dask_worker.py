@@ -46,7 +46,7 @@ def compute(
     check_versions(wanted)
     from time import thread_time
 
-    from lienumba.engine.programs import compiled_of
+    from lienumba.engine.programs import compile_early
     from lienumba.engine.results import joined
     from lienumba.engine.simulate import chunks
     from lienumba.scenario.start.prepare import prepare
@@ -56,7 +56,7 @@ def compute(
     resolved, started = ready.resolved, thread_time()
     prepared = prepare(resolved, labels.tolist(), samples, ready.nominal, asked=0)
     busy = thread_time() - started
-    compiled_of(resolved, prepared, fixed)  # which is no time of these runs
+    compile_early(resolved, prepared, fixed)  # which is no time of these runs
     started = thread_time()
     tasks = chunks(resolved, [prepared], fixed, 1, lambda done: None)
     pieces = [task.work(*np.zeros((2, 1), np.int64)) for task in tasks]
