@@ -43,24 +43,24 @@ def of_points(kind: int, s: np.ndarray, x: np.ndarray, a: int, b: int, run: int)
     wa, wb = vector(x, a + 15, run), vector(x, b + 15, run)
     p1, q1 = cross(wa, p), cross(wb, q)
     d = plus(plus(vector(x, b, run), 1.0, rotate(Rb, q)), -1.0, plus(vector(x, a, run), 1.0, rotate(Ra, p)))
-    d1 = plus(
-        plus(vector(x, b + 12, run), 1.0, rotate(Rb, q1)), -1.0, plus(vector(x, a + 12, run), 1.0, rotate(Ra, p1))
-    )
     d2 = plus(rotate(Rb, cross(wb, q1)), -1.0, rotate(Ra, cross(wa, p1)))
     turning = ZERO
     if kind == POINT:
         g, value, bias = u, dot(u, d), dot(u, d2)
-    elif kind == ALONG:
-        g, u1 = rotate(Ra, u), cross(wa, u)
-        value = dot(g, d)
-        bias = dot(rotate(Ra, cross(wa, u1)), d) + 2.0 * dot(rotate(Ra, u1), d1) + dot(g, d2)
-        turning = cross(u, rotate_back(Ra, d))
     else:
-        square = dot(d, d)
-        length = s[9, run] if kind == ROD else math.sqrt(square + TINY)
-        g = (d[0] / length, d[1] / length, d[2] / length)
-        value = 0.5 * (square / length - length) if kind == ROD else length
-        bias = (dot(d1, d1) + dot(d, d2)) / length  # of a ROD
+        a1, b1 = vector(x, a + 12, run), vector(x, b + 12, run)
+        d1 = plus(plus(b1, 1.0, rotate(Rb, q1)), -1.0, plus(a1, 1.0, rotate(Ra, p1)))
+        if kind == ALONG:
+            g, u1 = rotate(Ra, u), cross(wa, u)
+            value = dot(g, d)
+            bias = dot(rotate(Ra, cross(wa, u1)), d) + 2.0 * dot(rotate(Ra, u1), d1) + dot(g, d2)
+            turning = cross(u, rotate_back(Ra, d))
+        else:
+            square = dot(d, d)
+            length = s[9, run] if kind == ROD else math.sqrt(square + TINY)
+            g = (d[0] / length, d[1] / length, d[2] / length)
+            value = 0.5 * (square / length - length) if kind == ROD else length
+            bias = (dot(d1, d1) + dot(d, d2)) / length  # of a ROD
     return value, bias, g, plus(turning, -1.0, cross(p, rotate_back(Ra, g))), cross(q, rotate_back(Rb, g))
 
 

@@ -23,7 +23,7 @@ from lienumba.reference.table import Table
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Prepared
 
-TOGETHER = 32  # runs in one task: enough for vector instructions, and few enough that their matrices stay in caches
+TOGETHER = 64  # runs in one task: enough for vector instructions, and few enough that their matrices stay in caches
 POSITION_WEIGHTS = {"none": NONE, "local": PLACES}
 VELOCITY_WEIGHTS = {"none": NONE, "mass": MASS, "identity": IDENTITY}
 
