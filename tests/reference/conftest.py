@@ -6,7 +6,7 @@ import lienumba
 from tests.rigs.parts import ORIGIN, pivot, resting
 
 
-@pytest.fixture(scope="session", autouse=True)
+@pytest.fixture(scope="session")
 def compiled() -> None:
     model = {"bodies": [resting(position=[0.1, 0, 0])], "joints": [pivot("hinge", "b", ORIGIN, [-0.1, 0, 0])]}
     integrator = {"step": 1e-3, "end_time": 1e-3, "engine": "numba"}

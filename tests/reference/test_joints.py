@@ -9,6 +9,7 @@ import pytest
 import lienumba
 from tests.facade import JOINTS
 
+pytestmark = [pytest.mark.release, pytest.mark.usefixtures("compiled")]
 STATE = ["position", "rotation", "velocity", "angular_velocity"]
 BOTH, NONE = {}, {"projection.position": "none", "projection.velocity": "none"}
 WAYS = {

@@ -1,11 +1,13 @@
 """Force laws, formulas of time and parameters, and sweeps, by the engine "numba" as by the compiled one."""
 
 import numpy as np
+import pytest
 
 import lienumba
 from tests.reference.test_joints import STATE, differences
 from tests.rigs.parts import body
 
+pytestmark = [pytest.mark.release, pytest.mark.usefixtures("compiled")]
 PAIR = {"type": "spring_damper", "bodies": ["bob", "far"], "points": [[0, 0, 0.1], [0.05, 0, 0]]}
 SCENARIO = {
     "parameters": {"k": 40.0, "f": 3.0},

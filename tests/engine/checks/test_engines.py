@@ -15,6 +15,7 @@ def silent(_):
     pass
 
 
+@pytest.mark.release
 def test_the_first_runs_of_a_sweep_agree():
     found = check(SWEEP, runs=3, steps=20, tell=silent)
     assert found.agrees
@@ -23,6 +24,7 @@ def test_the_first_runs_of_a_sweep_agree():
     assert {"position", "rotation", "energy", "joint_force"} <= {x.name for x in found.differences}
 
 
+@pytest.mark.release
 def test_a_dataset_brings_its_own_samples(tmp_path):
     short = {"integrator.end_time": 0.02, "output.every": 0.01, "sweep.runs": 4}
     lienumba.run(SWEEP, overrides=short, output=tmp_path / "sweep.nc", progress=False)
@@ -50,6 +52,7 @@ def test_a_difference_is_told_with_its_run_and_time():
     assert not compare(one, lost, "").agrees
 
 
+@pytest.mark.release
 def test_the_command_prints_the_differences_and_refuses_what_it_cannot_compare():
     done = CliRunner().invoke(app, ["check", "scenarios/heavy_top.toml", "--steps", "10", "--quiet"])
     assert done.exit_code == 0
