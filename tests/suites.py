@@ -25,7 +25,7 @@ QUICK_TOGETHER = 0.05  # and of all cases of a function, if there are more of th
 QUICK_SHARE = 0.2  # of the functions of a room are in --quick, cheapest first, whatever they cost up to
 QUICK_DEAREST = 1.0  # quiet s; only the cheapest of a room may cost more
 FAMILY = 1.0  # quiet s of all cases of a function in --commit, if there are more than two of them
-DEAREST = 2.0  # quiet s of a case; functions with dearer ones are of a release
+DEAREST = 3.0  # quiet s of a case; functions with dearer ones are of a release
 SUITES = ("quick", "commit", "all")
 NEW = Cost()  # of functions that tests/costs.csv does not name
 
