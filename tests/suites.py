@@ -1,11 +1,11 @@
 """The suites of tests: `--quick`, `--commit`, and `--all`, that of a release, chosen by tests/costs.csv.
 
 `--quick` runs, in every room, the first case of each cheap function and as many more as cost little together, and of
-every room at least a fifth of the functions. `--commit` runs all but what is marked `release` or has cases that cost
-more than `DEAREST`: of each function the first case, another one by the hash of the commit, and as many more as cost
-little together. `--all` runs everything, and the campaigns: tests with the marker `campaign(number)`, whose argument
-`seed` is as many numbers drawn from the hash of the commit. Without an option pytest runs everything but the campaigns.
-`--quick` does not import files of which it runs nothing.
+every room at least a tenth of the functions. `--commit` leaves out what is marked `release` or costs too much. Of each
+function it runs the first case, another one by the hash of the commit, and as many more as cost little together; dear
+functions take turns, by that hash, too. `--all` runs everything, and the campaigns: tests with the marker
+`campaign(number)`, whose argument `seed` is as many numbers drawn from the hash of the commit. Without an option pytest
+runs everything but the campaigns. `--quick` does not import files of which it runs nothing.
 """
 
 import statistics
@@ -20,12 +20,14 @@ import pytest
 from tests import clock, costs
 from tests.costs import Cost, function_of
 
-QUICK = 0.15  # quiet s of a first case in --quick,
+QUICK = 0.1  # quiet s of a first case in --quick,
 QUICK_TOGETHER = 0.05  # and of all cases of a function, if there are more of them
-QUICK_SHARE = 0.2  # of the functions of a room are in --quick, cheapest first, whatever they cost up to
-QUICK_DEAREST = 1.0  # quiet s; only the cheapest of a room may cost more
+QUICK_SHARE = 0.1  # of the functions of a room are in --quick, cheapest first, whatever they cost up to
+QUICK_DEAREST = 0.5  # quiet s; only the cheapest of a room may cost more
 FAMILY = 1.0  # quiet s of all cases of a function in --commit, if there are more than two of them
-DEAREST = 3.0  # quiet s of a case; functions with dearer ones are of a release
+DEAR = 1.0  # quiet s of a case; of the functions with dearer ones a commit runs
+SOME = 6  # one in so many, of those that cost up to
+DEAREST = 4.0  # quiet s a case; the others are of a release
 SUITES = ("quick", "commit", "all")
 NEW = Cost()  # of functions that tests/costs.csv does not name
 
@@ -125,13 +127,14 @@ def quick_cases(cases: list[str], known: dict[str, Cost]) -> set[str]:
 
 def commit_cases(cases: list[str], known: dict[str, Cost], commit: str) -> set[str]:
     """Of each function the first case, another one, and as many more as cost at most `FAMILY` with them; the commit
-    chooses which. None of functions with cases that are too dear for a commit."""
+    chooses which, and one in `SOME` of the functions with dear cases."""
     kept: set[str] = set()
     for function, (first, *others) in _families(cases).items():
         cost = known.get(function, NEW)
-        if max(cost.first, cost.others) <= DEAREST:
+        dearest, draw = max(cost.first, cost.others), Random(f"{commit} {function}")
+        if dearest <= DEAR or (dearest <= DEAREST and draw.randrange(SOME) == 0):
             number = min(max(_number_within(FAMILY, cost, len(others)), 1), len(others))
-            kept |= {first, *Random(f"{commit} {function}").sample(others, number)}
+            kept |= {first, *draw.sample(others, number)}
     return kept
 
 

@@ -5,14 +5,14 @@ import pytest
 from tests import costs
 from tests.costs import Cost
 from tests.rigs.places import ROOT
-from tests.suites import DEAREST, FAMILY, QUICK, QUICK_TOGETHER, commit_cases, quick_cases, quick_functions
+from tests.suites import DEAR, DEAREST, FAMILY, QUICK, QUICK_TOGETHER, SOME, commit_cases, quick_cases, quick_functions
 
 COMMIT = 1000.0  # quiet core seconds that the suite of a commit may cost in all,
 FUNCTION = 10.0  # and the cases of one function
 KNOWN = {
     "a/t.py::f": Cost(QUICK_TOGETHER / 2, QUICK_TOGETHER / 5, 5),
     "a/t.py::g": Cost(9.0, 9.0, 5),
-    "b/t.py::h": Cost(DEAREST, FAMILY / 2, 5),
+    "b/t.py::h": Cost(DEAR, FAMILY / 2, 5),
     "b/t.py::i": Cost(FAMILY / 2, FAMILY / 5, 5),
     "b/t.py::j": Cost(QUICK, 0.0, 1, release=True),
 }
@@ -26,8 +26,8 @@ def test_the_quick_part_has_cheap_functions_and_the_cheapest_of_every_room() -> 
     }  # fmt: skip
 
 
-def test_of_a_fifth_of_a_room_the_first_case_is_quick() -> None:
-    room = {f"a/t.py::f{n}": Cost(QUICK + 0.01 * n + 0.01) for n in range(10)}
+def test_of_a_tenth_of_a_room_the_first_case_is_quick() -> None:
+    room = {f"a/t.py::f{n}": Cost(QUICK + 0.01 * n + 0.01) for n in range(20)}
     assert quick_functions([*room], room) == {"a/t.py::f0", "a/t.py::f1"}
 
 
@@ -38,6 +38,13 @@ def test_a_commit_has_other_cases_of_a_dear_family_than_the_next_one() -> None:
         assert {len(x) for x in own} == {number}
         assert all(f"{function}[0]" in x for x in own if number)
         assert len({case for kept in own for case in kept}) == (5 if number else 0)
+
+
+def test_dear_functions_take_turns() -> None:
+    cases, known = ["f", "g"], {"f": Cost(DEAREST, 0.0, 1), "g": Cost(DEAREST + 0.1, 0.0, 1)}
+    found = [commit_cases(cases, known, str(commit)) for commit in range(60 * SOME)]
+    assert set().union(*found) == {"f"}
+    assert 40 < found.count({"f"}) < 80
 
 
 def cost_of_a_commit(known: dict[str, Cost]) -> dict[str, float]:
@@ -56,9 +63,8 @@ def test_the_suite_of_a_commit_keeps_its_budget() -> None:
 
 
 def test_what_a_commit_costs() -> None:
-    assert cost_of_a_commit({"f": Cost(1.0, DEAREST, 37), "g": Cost(1.0, 0.0, 1), "h": Cost(COMMIT, release=True)}) == {
-        "f": 1.0 + DEAREST, "g": 1.0
-    }  # fmt: skip
+    known = {"f": Cost(DEAR, DEAR, 37), "g": Cost(DEAR, 0.0, 1), "h": Cost(COMMIT, release=True)}
+    assert cost_of_a_commit(known) == {"f": 2 * DEAR, "g": DEAR}
 
 
 def test_costs_are_of_cases_in_the_order_in_which_they_ran(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:

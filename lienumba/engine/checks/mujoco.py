@@ -86,7 +86,7 @@ class _Theirs:
         try:
             self.model = mujoco.MjModel.from_xml_string(mjcf(model, bodies, h))
         except ValueError as error:
-            raise ScenarioError(f"MuJoCo does not take the mechanism: {' '.join(str(error).split())}") from None
+            raise ScenarioError(f"MuJoCo does not take the mechanism: {error}") from None
         self.mujoco, self.data, k, states = mujoco, mujoco.MjData(self.model), len(bodies), np.array(bodies)
         self.gravity, self.R = np.array(model.gravity, float), states[:, 3:12].reshape(k, 3, 3)
         mujoco.mj_forward(self.model, self.data)
