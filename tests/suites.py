@@ -23,7 +23,8 @@ from tests.costs import Cost, function_of
 QUICK = 0.1  # quiet s of a first case in --quick,
 QUICK_TOGETHER = 0.05  # and of all cases of a function, if there are more of them
 QUICK_SHARE = 0.1  # of the functions of a room are in --quick, cheapest first, whatever they cost up to
-QUICK_DEAREST = 0.5  # quiet s; only the cheapest of a room may cost more
+QUICK_DEAREST = 0.5  # quiet s
+PROCESSES = "tests/process/"  # tests that start processes, browsers and other CPUs: none is quick
 FAMILY = 1.0  # quiet s of all cases of a function in --commit, if there are more than two of them
 DEAR = 1.0  # quiet s of a case; of the functions with dearer ones a commit runs
 SOME = 6  # one in so many, of those that cost up to
@@ -105,14 +106,14 @@ def quick_functions(functions: list[str], known: dict[str, Cost]) -> frozenset[s
     """Those of these functions of which `--quick` runs the first case, and maybe more."""
     rooms: dict[str, list[str]] = {}
     for function in functions:
-        if not known.get(function, NEW).release:
+        if not known.get(function, NEW).release and not function.startswith(PROCESSES):
             rooms.setdefault(function.partition("::")[0].rpartition("/")[0], []).append(function)
     kept: set[str] = set()
     for room in rooms.values():
         room.sort(key=lambda function: known.get(function, NEW).first)
         for n, function in enumerate(room):
             first = known.get(function, NEW).first
-            if first <= QUICK or n == 0 or (n < QUICK_SHARE * len(room) and first <= QUICK_DEAREST):
+            if first <= QUICK or (n < QUICK_SHARE * len(room) and first <= QUICK_DEAREST):
                 kept.add(function)
     return frozenset(kept)
 
