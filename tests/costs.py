@@ -1,7 +1,8 @@
 """tests/costs.csv: what each test function costs in quiet seconds (tests/clock.py), measured by `--costs`.
 
 A row has the cost of the first case, which makes what the others share, the mean cost of the others, how many cases
-there are, and the suite to which the function belongs. Functions below `SMALLEST` in all are left out.
+there are, the cost of the first case in the quick suite, where other tests make what many share, and the suite to which
+the function belongs. Functions below `SMALLEST` in all are left out.
 """
 
 import csv
@@ -26,11 +27,13 @@ DRIVERS = (  # compiled once in each process, by whichever test comes first: no 
 
 
 class Cost(NamedTuple):
-    """first, others: quiet s of the first case and of each other; cases: how many; release: not of a commit."""
+    """first, others: quiet s of the first case and of each other; cases: how many; quick: of the first case in the
+    quick suite, 0 if it never ran there; release: not of a commit."""
 
     first: float = 0.004
     others: float = 0.004
     cases: int = 1
+    quick: float = 0.0
     release: bool = False
 
 
@@ -57,38 +60,40 @@ def read() -> dict[str, Cost]:
     """The cost of each function in the file."""
     with COSTS.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    numbers = [(float(x["first"]), float(x["others"]), int(x["cases"]), x["suite"] != "commit") for x in rows]
-    return {row["function"]: Cost(*cost) for row, cost in zip(rows, numbers, strict=True)}
+    return {
+        x["function"]: Cost(
+            float(x["first"]), float(x["others"]), int(x["cases"]), float(x["quick"]), x["suite"] != "commit"
+        )
+        for x in rows
+    }
 
 
 def write(costs: dict[str, Cost]) -> None:
     with COSTS.open("w", encoding="utf-8", newline="") as file:
         rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(("function", "first", "others", "cases", "suite"))
+        rows.writerow(("function", "first", "others", "cases", "quick", "suite"))
         for function, cost in sorted(costs.items()):
-            suite = "release" if cost.release else "commit"
-            rows.writerow((function, f"{cost.first:.3f}", f"{cost.others:.4f}", cost.cases, suite))
+            if max(cost.first + cost.others * (cost.cases - 1), cost.quick) >= SMALLEST:
+                suite = "release" if cost.release else "commit"
+                numbers = f"{cost.first:.3f}", f"{cost.others:.4f}", cost.cases, f"{cost.quick:.3f}"
+                rows.writerow((function, *numbers, suite))
 
 
-def of_functions(cases: dict[str, float], known: dict[str, Cost]) -> dict[str, Cost]:
-    """The cost of each function from that of the cases that ran, in their order; known: how many cases there are, its
-    suite, and the cost of others if none of them ran."""
+def of_functions(cases: dict[str, float], known: dict[str, Cost], quick: bool) -> dict[str, Cost]:
+    """The cost of each function from that of the cases that ran, in their order; known: the other numbers of its row;
+    quick: whether they ran in the quick suite, where costs only rise, since each run has others make what is shared."""
     functions: dict[str, list[float]] = {}
     for case, seconds in cases.items():
         functions.setdefault(function_of(case), []).append(seconds)
     found = {}
     for function, (first, *others) in functions.items():
-        cost = known.get(function, Cost(others=0.0))
-        each = sum(others) / len(others) if others else cost.others
-        if first + each * (cost.cases - 1) >= SMALLEST:
+        cost = known.get(function, Cost(0.0, 0.0))
+        each = sum(others) / len(others) if others else cost.others if cost.cases > 1 else 0.0
+        if quick:
+            found[function] = cost._replace(quick=max(cost.quick, first))
+        else:
             found[function] = cost._replace(first=first, others=each)
     return found
-
-
-def dearer(known: dict[str, Cost], found: dict[str, Cost]) -> dict[str, Cost]:
-    """What is known, with the costs of first cases that turned out larger."""
-    raised = {name: known.get(name, cost) for name, cost in found.items()}
-    return known | {name: cost._replace(first=max(cost.first, found[name].first)) for name, cost in raised.items()}
 
 
 def compile_drivers() -> None:
@@ -106,8 +111,7 @@ def compile_drivers() -> None:
 class Measuring:
     """The plugin that measures every test in its worker, and writes the file from the reports of all workers.
 
-    What does not run keeps its row, unless it is gone. With `--quick` rows only rise: what tests share is made by the
-    first of them that runs, and that is another one there.
+    What does not run keeps its row, unless it is gone.
     """
 
     def __init__(self, quick: bool) -> None:
@@ -116,6 +120,7 @@ class Measuring:
         self.ratio = 1.0
         self.counts = dict[str, int]()
         self.costs = dict[str, float]()
+        self.left_out = set[str]()  # cases that failed or were skipped: they cost less than they should
         self.known = read()
 
     @pytest.hookimpl(tryfirst=True)
@@ -148,10 +153,12 @@ class Measuring:
             name, cases, release = report.function
             self.known[name] = self.known.get(name, Cost(0.0, 0.0))._replace(cases=cases, release=release)
             self.costs[report.nodeid] = self.costs.get(report.nodeid, 0.0) + report.cost
+            if not report.passed:
+                self.left_out.add(report.nodeid)
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         if not hasattr(session.config, "workerinput"):
-            found = of_functions(self.costs, self.known)
+            ran = {case: seconds for case, seconds in self.costs.items() if case not in self.left_out}
             there = {*functions()}
             known = {name: cost for name, cost in read().items() if name in there}
-            write(dearer(known, found) if self.quick else known | found)
+            write(known | of_functions(ran, self.known, self.quick))

@@ -1,17 +1,19 @@
 """The suites of tests: `--quick`, `--commit`, and `--all`, that of a release, chosen by tests/costs.csv.
 
-`--quick` runs, in every room, the first case of each cheap function and as many more as cost little together, and of
-every room at least a tenth of the functions. `--commit` leaves out what is marked `release` or costs too much. Of each
-function it runs the first case, another one by the hash of the commit, and as many more as cost little together; dear
-functions take turns, by that hash, too. `--all` runs everything, and the campaigns: tests with the marker
-`campaign(number)`, whose argument `seed` is as many numbers drawn from the hash of the commit. Without an option pytest
-runs everything but the campaigns. `--quick` does not import files of which it runs nothing.
+`--quick` runs the first case of each function that costs at most `QUICK_CASE`. If a room has few of these, it adds the
+room's cheapest functions, up to a tenth. It leaves out tests/process, and does not import files of which it runs
+nothing. `--commit` runs of each function the first case, another one, and as many more as cost `COMMIT_FUNCTION`
+together. Functions with dearer cases than `COMMIT_CASE` take turns; with dearer ones than `RELEASE_CASE`, or marked
+`release`, they run in a release only. The hash of HEAD chooses. `--all` runs everything, and the campaigns: tests with
+the marker `campaign(number)`, whose argument `seed` is as many numbers drawn from that hash. Without an option pytest
+runs everything but the campaigns.
 """
 
 import statistics
 import subprocess
 import time
 from functools import cache
+from operator import itemgetter
 from pathlib import Path
 from random import Random
 
@@ -20,15 +22,16 @@ import pytest
 from tests import clock, costs
 from tests.costs import Cost, function_of
 
-QUICK = 0.1  # quiet s of a first case in --quick,
-QUICK_TOGETHER = 0.05  # and of all cases of a function, if there are more of them
-QUICK_SHARE = 0.1  # of the functions of a room are in --quick, cheapest first, whatever they cost up to
-QUICK_DEAREST = 0.5  # quiet s
+# Costs in quiet s (tests/clock.py).
+QUICK_CASE = 0.1  # most that a first case in --quick costs
+QUICK_FUNCTION = 0.05  # most that all quick cases of a function cost, if more than the first run
+QUICK_SHARE = 0.1  # least part of a room's functions in --quick
+QUICK_DEAREST = 0.5  # most that a first case added for that share costs
+COMMIT_FUNCTION = 1.0  # most that the cases of a function in --commit cost, if more than two run
+COMMIT_CASE = 1.0  # functions with a dearer case run in one commit of COMMIT_TURNS
+COMMIT_TURNS = 6
+RELEASE_CASE = 4.0  # functions with a dearer case run in a release only
 PROCESSES = "tests/process/"  # tests that start processes, browsers and other CPUs: none is quick
-FAMILY = 1.0  # quiet s of all cases of a function in --commit, if there are more than two of them
-DEAR = 1.0  # quiet s of a case; of the functions with dearer ones a commit runs
-SOME = 6  # one in so many, of those that cost up to
-DEAREST = 4.0  # quiet s a case; the others are of a release
 SUITES = ("quick", "commit", "all")
 NEW = Cost()  # of functions that tests/costs.csv does not name
 
@@ -37,7 +40,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--quick", action="store_true", help="the cheap tests of every room, by tests/costs.csv")
     parser.addoption("--commit", action="store_true", help="the suite of a commit")
     parser.addoption("--all", action="store_true", help="the suite of a release: every case, new seeds of campaigns")
-    parser.addoption("--seed", help="the text from which --all draws new seeds; default: the hash of the commit")
+    parser.addoption(
+        "--seed", help="the text that chooses the cases of --commit and the seeds of --all; default: the hash of HEAD"
+    )
     parser.addoption("--costs", action="store_true", help="measure what tests cost, and write tests/costs.csv")
 
 
@@ -110,38 +115,43 @@ def quick_functions(functions: list[str], known: dict[str, Cost]) -> frozenset[s
             rooms.setdefault(function.partition("::")[0].rpartition("/")[0], []).append(function)
     kept: set[str] = set()
     for room in rooms.values():
-        room.sort(key=lambda function: known.get(function, NEW).first)
-        for n, function in enumerate(room):
-            first = known.get(function, NEW).first
-            if first <= QUICK or (n < QUICK_SHARE * len(room) and first <= QUICK_DEAREST):
+        first_case = {function: _quick_first(known.get(function, NEW)) for function in room}
+        for n, (function, first) in enumerate(sorted(first_case.items(), key=itemgetter(1))):
+            if first <= QUICK_CASE or (n < QUICK_SHARE * len(room) and first <= QUICK_DEAREST):
                 kept.add(function)
     return frozenset(kept)
 
 
 def quick_cases(cases: list[str], known: dict[str, Cost]) -> set[str]:
-    """Of each function the first case, and as many more as cost at most `QUICK_TOGETHER` with it."""
+    """Of each function the first case, and as many more as cost at most `QUICK_FUNCTION` with it."""
     kept: set[str] = set()
     for function, (first, *others) in _families(cases).items():
-        kept |= {first, *others[: _number_within(QUICK_TOGETHER, known.get(function, NEW), len(others))]}
+        cost = known.get(function, NEW)
+        kept |= {first, *others[: _number_within(QUICK_FUNCTION - _quick_first(cost), cost, len(others))]}
     return kept
 
 
 def commit_cases(cases: list[str], known: dict[str, Cost], commit: str) -> set[str]:
-    """Of each function the first case, another one, and as many more as cost at most `FAMILY` with them; the commit
-    chooses which, and one in `SOME` of the functions with dear cases."""
+    """Of each function the first case, another one, and as many more as cost at most `COMMIT_FUNCTION` with them; the
+    commit chooses which, and one in `COMMIT_TURNS` of the functions with dear cases."""
     kept: set[str] = set()
     for function, (first, *others) in _families(cases).items():
         cost = known.get(function, NEW)
         dearest, draw = max(cost.first, cost.others), Random(f"{commit} {function}")
-        if dearest <= DEAR or (dearest <= DEAREST and draw.randrange(SOME) == 0):
-            number = min(max(_number_within(FAMILY, cost, len(others)), 1), len(others))
+        if dearest <= COMMIT_CASE or (dearest <= RELEASE_CASE and draw.randrange(COMMIT_TURNS) == 0):
+            number = min(max(_number_within(COMMIT_FUNCTION - cost.first, cost, len(others)), 1), len(others))
             kept |= {first, *draw.sample(others, number)}
     return kept
 
 
+def _quick_first(cost: Cost) -> float:
+    """The cost of a first case in `--quick`, as far as it is known."""
+    return cost.quick or cost.first
+
+
 def _number_within(budget: float, cost: Cost, others: int) -> int:
-    """How many of the other cases cost at most `budget` quiet s with the first one."""
-    return min(max(int((budget - cost.first) / cost.others), 0), others) if cost.others else others
+    """How many of the other cases cost at most `budget` quiet s."""
+    return min(max(int(budget / cost.others), 0), others) if cost.others else others
 
 
 @cache
