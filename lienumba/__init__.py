@@ -7,6 +7,7 @@ from lienumba.errors import ScenarioError as ScenarioError
 if TYPE_CHECKING:
     from lienumba import analysis as analysis
     from lienumba.compiler.foreign.jitted import jit as jit
+    from lienumba.compiler.foreign.libraries import foreign as foreign
     from lienumba.engine.disk.merge import merge as merge
     from lienumba.engine.linear.equilibrium import equilibrium as equilibrium
     from lienumba.engine.linear.linearise import linearise as linearise
@@ -28,6 +29,7 @@ __all__ = [
     "__version__",
     "analysis",
     "equilibrium",
+    "foreign",
     "jit",
     "linearise",
     "merge",
@@ -44,6 +46,7 @@ _MODULES = {  # of what is heavy, which is imported when it is first asked for
     "Prepared": "lienumba.engine.prepared",
     "System": "lienumba.scenario.system",
     "equilibrium": "lienumba.engine.linear.equilibrium",
+    "foreign": "lienumba.compiler.foreign.libraries",
     "jit": "lienumba.compiler.foreign.jitted",
     "linearise": "lienumba.engine.linear.linearise",
     "merge": "lienumba.engine.disk.merge",

@@ -1,8 +1,10 @@
 """LLVM text becomes machine code, through Numba's LLVM and for Numba's choice of CPU; kept in a cache on disk."""
 
+import ctypes
 import functools
 import hashlib
 import os
+import re
 import subprocess
 import sys
 from typing import Any
@@ -11,6 +13,7 @@ from weakref import WeakValueDictionary
 from lienumba.compiler import cache
 
 LONG_TEXT = 500_000  # characters; beyond, compiling takes longer than starting a process
+ADDRESS = "lienumba_address_"  # of every variable in object code that holds an address; 32 hexadecimal digits follow
 LEVEL = 1  # of code generation: straight-line code gains nothing from more, and compiles a fifth faster
 CONFIGURED = ".numba_config.yaml"  # Numba's settings, where it is started
 CHILD = """
@@ -22,6 +25,7 @@ from lienumba.compiler.native import emit
 sys.stdout.buffer.write(emit(sys.stdin.buffer.read().decode(), *sys.argv[1:]))
 """
 
+ADDRESSES: dict[str, int] = {}  # of functions that other libraries have in this process, by those variables
 _engines: WeakValueDictionary[bytes, Any] = WeakValueDictionary()  # by object code
 
 
@@ -110,7 +114,7 @@ def _machine(name: str, features: str) -> Any:
 
 def load(objects: bytes, names: list[str]) -> tuple[Any, dict[str, int]]:
     """An engine with this object code, and the addresses of functions in it, which are good as long as the engine
-    lives. Calls the C library's `fma` where the CPU has none."""
+    lives. Calls the C library's `fma` where the CPU has none. Variables that hold addresses are set."""
     from llvmlite import binding
 
     key = hashlib.sha256(objects).digest()
@@ -123,5 +127,7 @@ def load(objects: bytes, names: list[str]) -> tuple[Any, dict[str, int]]:
         engine = binding.create_mcjit_compiler(binding.parse_assembly(""), _machine(name, features), use_lmm=together)
         engine.add_object_file(binding.ObjectFileRef.from_data(objects))
         engine.finalize_object()
+        for name in {name.decode() for name in re.findall(ADDRESS.encode() + b"[0-9a-f]{32}", objects)}:
+            ctypes.c_void_p.from_address(engine.get_global_value_address(name)).value = ADDRESSES[name]
         _engines[key] = engine
     return engine, {name: engine.get_function_address(name) for name in names}

@@ -1,4 +1,4 @@
-"""Calls of functions that another compiler made: nodes of a graph, and the LLVM text behind them.
+"""Calls of functions that are not traced: nodes of a graph, and the LLVM text behind them.
 
 A function is known by its symbol and its text. It has the signature  i32 (result, error, given, found, lanes):  it
 reads each argument from a row of `lanes` doubles at `given` and writes each output to a row at `found`, lane by lane.
@@ -16,24 +16,46 @@ from typing import Any
 import numpy as np
 
 from lienumba.compiler.symbols import Graph, Symbol, reached
-from lienumba.errors import ScenarioError
+from lienumba.errors import BadValueError, ScenarioError
+from lienumba.laws import Vector
+from lienumba.numerics.jets import Jet
 from lienumba.numerics.number import Number
 
 PREFIX = "lienumba_call_"  # of every symbol
 DECLARATION = "declare i32 @{}(ptr, ptr, ptr, ptr, i64)\n"
-TRACED = "write it with the functions of lienumba.laws, without @lienumba.jit"
+TRACED = "write it with the functions of lienumba.laws, so that it is traced"
+TUPLES = (tuple, list, Vector)
 
 
 @dataclass(frozen=True)
 class Foreign:
     """name: that of the user's function; scalar: whether its output is a number, not a tuple of one; text: LLVM text
-    that defines the symbol, complete in itself."""
+    that defines the symbol, complete in itself; outside: whether that calls code that lienumba does not know; sampled:
+    why its law has to be sampled, empty if it need not be."""
 
     symbol: str
     name: str
     outputs: int
     scalar: bool
     text: str
+    outside: bool = False
+    sampled: str = ""
+
+    def called(self, numbers: Sequence[Any]) -> Any:
+        """What a call returns: a tuple of its outputs, or a number."""
+        node = call(self.symbol, *numbers)
+        found = tuple(part(node, n) for n in range(self.outputs))
+        return found[0] if self.scalar else found
+
+
+class Function:
+    """A function that laws call, and that is not traced."""
+
+    __name__: str
+
+    def identity(self) -> str:
+        """What decides about its numbers, as far as it is known."""
+        raise NotImplementedError
 
 
 KNOWN: dict[str, Foreign] = {}  # by symbol: those that this process has called
@@ -55,6 +77,19 @@ def part(called: Any, n: int) -> Any:
     return called.graph.node("part", called, n) if isinstance(called, Symbol) else called[n]
 
 
+def flat(name: str, arguments: Sequence[object]) -> list[Any]:
+    """The numbers of arguments that are numbers or tuples of numbers. Raises errors that name the function."""
+    numbers: list[Any] = []
+    for x in arguments:
+        numbers.extend(x if isinstance(x, TUPLES) else (x,))
+    for x in numbers:
+        if isinstance(x, Jet):
+            raise underivable(name)
+        if not isinstance(x, Symbol | float | int | np.number | np.ndarray):
+            raise BadValueError(f"{name} gets {x!r}, a {type(x).__name__}", "give it numbers, or tuples of numbers")
+    return numbers
+
+
 def called_by(values: Sequence[object]) -> tuple[str, ...]:
     """The names of the functions on whose outputs values of a graph depend."""
     return tuple(sorted({name_of(node) for node in reached(values) if node.op == "call"}))
@@ -67,7 +102,7 @@ def name_of(node: Symbol) -> str:
 
 def underivable(name: str) -> ScenarioError:
     """The error where the derivative of a function is needed."""
-    rule = "is compiled by @lienumba.jit and so has no derivative, which is needed here"
+    rule = "is not traced and so has no derivative, which is needed here"
     return ScenarioError.at(f"the function {name}", rule, f"sample its law (every), or {TRACED}")
 
 

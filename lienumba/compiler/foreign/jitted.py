@@ -14,26 +14,17 @@ from importlib.metadata import version
 from types import FunctionType
 from typing import Any
 
-import numpy as np
-
 from lienumba.compiler import cache, native
-from lienumba.compiler.foreign import calls
-from lienumba.compiler.foreign.calls import KNOWN, PREFIX, Foreign
+from lienumba.compiler.foreign.calls import KNOWN, PREFIX, TUPLES, Foreign, Function, flat
 from lienumba.compiler.foreign.identity import identity
-from lienumba.compiler.symbols import Symbol
 from lienumba.errors import BadValueError
-from lienumba.laws import Vector
-from lienumba.numerics.jets import Jet
 
 SOURCES = ("compiler/foreign", "compiler/jit.py", "groups", "numerics")  # of lienumba, that decide about a text
 NUMBER = 0  # the size of an argument that is no tuple
-TUPLES = (tuple, list, Vector)
 
 
-class Jitted:
+class Jitted(Function):
     """A function that Numba compiles, see `jit`. `py_func`: the function as it is written."""
-
-    __name__: str
 
     def __init__(self, function: FunctionType) -> None:
         functools.update_wrapper(self, function)
@@ -44,22 +35,8 @@ class Jitted:
         """Its outputs: symbols of the graph of its arguments, or on floats and arrays of runs numbers like them."""
         bound = self._signature.bind(*arguments, **named)
         bound.apply_defaults()
-        numbers: list[Any] = []
-        for x in bound.args:
-            numbers.extend(x if isinstance(x, TUPLES) else (x,))
-        self._check(numbers)
-        made = self.compiled([len(x) if isinstance(x, TUPLES) else NUMBER for x in bound.args])
-        called = calls.call(made.symbol, *numbers)
-        found = tuple(calls.part(called, n) for n in range(made.outputs))
-        return found[0] if made.scalar else found
-
-    def _check(self, numbers: Sequence[object]) -> None:
-        for x in numbers:
-            if isinstance(x, Jet):
-                raise calls.underivable(self.__name__)
-            if not isinstance(x, Symbol | float | int | np.number | np.ndarray):
-                rule = f"{self.__name__} gets {x!r}, a {type(x).__name__}"
-                raise BadValueError(rule, "give it numbers, or tuples of numbers")
+        numbers = flat(self.__name__, bound.args)
+        return self.compiled([len(x) if isinstance(x, TUPLES) else NUMBER for x in bound.args]).called(numbers)
 
     def identity(self) -> str:
         """What it does: its bytecode, all that it reads, and Numba's version."""
