@@ -21,7 +21,7 @@ from lienumba.mechanics.system.output_variables import usual
 from lienumba.numerics.number import Vector
 from lienumba.scenario.after_sets import check_sets
 from lienumba.scenario.base import paths, timegrid, toml
-from lienumba.scenario.base.code import PYTHON, jitted
+from lienumba.scenario.base.code import PYTHON, identities
 from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.base.paths import BESIDE, LISTS
 from lienumba.scenario.base.problems import tables
@@ -177,7 +177,7 @@ class Scenario:
         judging = [x for kind in paths.JUDGING for x in content.pop(kind, ())]
         texts = _without_those_of(judging, content.pop("files", {}), content["model"])
         content |= {"files": texts} if texts else {}
-        content |= {"jitted": found} if (found := jitted(texts)) else {}
+        content |= {"untraced": found} if (found := identities(texts)) else {}
         if "noise" in content:  # of a file its checksum decides, wherever it is
             content["noise"] = [{key: x for key, x in item.items() if key != "table"} for item in content["noise"]]
         sweep.pop("stop", None)

@@ -208,10 +208,8 @@ def unsampled(model: Model) -> Model:
     forces = []
     for force in model.forces:
         if force.code is not None and force.code.every is not None:
-            if force.code.jitted:
-                rule = (
-                    f"an equilibrium differentiates it, but it calls {force.code.jitted[0]}, a @lienumba.jit function"
-                )
+            if force.code.untraced:
+                rule = f"an equilibrium differentiates it, but it calls {force.code.untraced[0]}, which is not traced"
                 raise ScenarioError.at(f"model.forces.{force.name}", rule, TRACED)
             force = replace(force, code=_flowing(force.code, force.code.every))
         forces.append(force)

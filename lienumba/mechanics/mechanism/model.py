@@ -52,8 +52,8 @@ class Code:
     returns: "loads" or "potential" of a force, one letter for each row of a joint ("m" for a length, "r" for an angle);
     level: of these, "position" or "velocity"; joints: those that it sees; names: the arguments that are its bodies and
     joints, none if it takes any number of them; wants: of t, states and interval what the function asks for;
-    quantities: those that it asks for; states: their names; every: the interval (s) of a sampled law; jitted: the names
-    of the functions by `lienumba.jit` that it calls, which have no derivatives.
+    quantities: those that it asks for; states: their names; every: the interval (s) of a sampled law; untraced:
+    the names of the functions that it calls and that are not traced, which have no derivatives.
     """
 
     function: Callable[..., Any]
@@ -65,7 +65,7 @@ class Code:
     quantities: frozenset[str] = frozenset()
     states: tuple[str, ...] = ()
     every: float | None = None
-    jitted: tuple[str, ...] = ()
+    untraced: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

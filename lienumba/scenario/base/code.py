@@ -24,6 +24,7 @@ from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.words import listed, printable, readable, suggestion
 
 PYTHON = "python"
+UNTRACED = ("jit", "foreign", "batched")  # what lienumba makes functions with that are not traced
 TRUST = "nothing of it was run; read it, and if you trust it, give --allow-code (allow_code=True)"
 
 
@@ -213,15 +214,15 @@ def function_of(place: str, reference: str, files: Mapping[str, str]) -> Callabl
     return function
 
 
-def jitted(files: Keys) -> dict[str, str]:
-    """What functions by `lienumba.jit` in Python files do, by file and name. Runs files that mention it."""
-    from lienumba.compiler.foreign.jitted import Jitted
+def identities(files: Keys) -> dict[str, str]:
+    """What decides about functions in Python files that are not traced, by file and name. Runs files that have some."""
+    from lienumba.compiler.foreign.calls import Function
 
     found: dict[str, str] = {}
     for file, text in ((file, str(text)) for file, text in files.items()):
         with suppress(Exception, SystemExit):  # told where the law is built
-            space = _namespace(file, text) if "lienumba" in text and "jit" in text else {}
-            found |= {f"{file}:{name}": x.identity() for name, x in space.items() if isinstance(x, Jitted)}
+            space = _namespace(file, text) if "lienumba" in text and any(name in text for name in UNTRACED) else {}
+            found |= {f"{file}:{name}": x.identity() for name, x in space.items() if isinstance(x, Function)}
     return found
 
 

@@ -70,6 +70,8 @@ class _Writer:
             if ARRAY in literal:
                 self.pieces["numpy"] = "import numpy\n"
             self.pieces[name] = f"{name} = {literal}\n"
+        elif hasattr(value, "written"):  # a function of a library
+            self.pieces[name] = value.written(name)
         elif isinstance(value, ModuleType) and _of_library(value):
             self.pieces[name] = f"import {value.__name__} as {name}\n"
         elif isinstance(value, FunctionType) and not _of_library(inspect.getmodule(value)):

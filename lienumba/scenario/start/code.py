@@ -1,7 +1,6 @@
 """Laws of the user's own: what the scenario says of them becomes code of the model, tried once on symbols."""
 
 import inspect
-import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -22,6 +21,7 @@ from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.numerics.jets import Jet, lift
 from lienumba.scenario.base.code import line_of, said_of
 from lienumba.scenario.schema.scenario import Integrator
+from lienumba.scenario.start.repeats import check_repeats, needs_samples
 from lienumba.words import listed, show, suggestion
 
 REMEDIES = (  # of errors of Python, by what they say
@@ -107,22 +107,26 @@ def tried(model: Model) -> Model:
         return model
     placed = replace(model, joints=tuple(replace(j, points=j.points or POINTS, frames=FRAMES) for j in model.joints))
     graph = Graph()
-    rows = itertools.count()
+    numbers = list[Any]()
 
-    def slot(*number: Any) -> Symbol:
-        return graph.input("parameters", next(rows))
+    def slot(number: Any, structural: bool = False) -> Symbol:
+        numbers.append(number)
+        return graph.input("parameters", len(numbers) - 1)
 
     symbolic = map_numbers(placed, slot, slot)
     now = _state(symbolic, graph)
-    jitted = [() if force.code is None else _try_force(symbolic, force, now) for force in symbolic.forces]
+    returned = [[] if force.code is None else _try_force(symbolic, force, now) for force in symbolic.forces]
+    initial = [x for force in placed.forces if force.code is not None for x in force.initial.values()]
+    for force, values in zip(placed.forces, returned, strict=True):
+        check_repeats(f"model.forces.{force.name}", values, numbers, initial)
     codes = [None if j.code is None else _tried_joint(symbolic, n, now) for n, j in enumerate(placed.joints)]
     first = map_numbers(placed, _first)
     for n, code in enumerate(codes):
         if code is not None and code.level == "velocity":
             _check_affine(first, n)
     forces = (
-        replace(force, code=replace(force.code, jitted=names)) if force.code is not None and names else force
-        for force, names in zip(model.forces, jitted, strict=True)
+        force if force.code is None else replace(force, code=replace(force.code, untraced=called_by(values)))
+        for force, values in zip(model.forces, returned, strict=True)
     )
     joints = (replace(j, code=c) for j, c in zip(model.joints, codes, strict=True))
     return replace(model, joints=tuple(joints), forces=tuple(forces))
@@ -133,10 +137,10 @@ def check_derivatives(model: Model, integrator: Integrator) -> None:
     if not (METHODS[integrator.method].series or METHODS[integrator.method].implicit):
         return
     for force in model.forces:
-        if force.code is not None and force.code.jitted and force.code.every is None:
-            rule = f'integrator.method = "{integrator.method}" differentiates it, but it calls {force.code.jitted[0]}'
+        if force.code is not None and force.code.untraced and force.code.every is None:
+            rule = f'integrator.method = "{integrator.method}" differentiates it, but it calls {force.code.untraced[0]}'
             remedy = f"sample it (every), choose an explicit method, or {TRACED}"
-            raise ScenarioError.at(f"model.forces.{force.name}", f"{rule}, a @lienumba.jit function", remedy)
+            raise ScenarioError.at(f"model.forces.{force.name}", f"{rule}, which is not traced", remedy)
 
 
 def _first(number: object, structural: bool) -> Any:
@@ -144,8 +148,8 @@ def _first(number: object, structural: bool) -> Any:
     return number if isinstance(number, float | int) else float(np.asarray(number).flat[0])
 
 
-def _try_force(model: Model, force: Force, now: Instant) -> tuple[str, ...]:
-    """Try a law; the names of the functions by `lienumba.jit` that it calls."""
+def _try_force(model: Model, force: Force, now: Instant) -> list[Any]:
+    """Try a law; what it returns."""
     assert force.code is not None
     place = f"model.forces.{force.name}"
     if force.code.returns == user_laws.POTENTIAL:
@@ -157,9 +161,9 @@ def _try_force(model: Model, force: Force, now: Instant) -> tuple[str, ...]:
             rule = f"must return one number, a potential energy in J, but returns {_kind(found)}"
             raise ScenarioError.at(place, rule, 'return the energy, or write returns = "loads"')
         _check_same(place, [found], [again])
-        _refuse_jitted(place, [found], "a potential energy", "return loads instead")
+        _refuse_untraced(place, [found], "a potential energy", "return loads instead")
         _refuse_velocities(place, [found], "a potential energy depends on positions only", "return loads instead")
-        return ()
+        return []
     _check_levels(place, model, force.code, quantities.VELOCITY)
     loads, rates = _called(place, force.code, lambda: user_laws.outcome(model, force, now))
     loads_again, rates_again = _called(place, force.code, lambda: user_laws.outcome(model, force, now))
@@ -172,8 +176,12 @@ def _try_force(model: Model, force: Force, now: Instant) -> tuple[str, ...]:
     for name, x in zip(force.code.states, rates, strict=True):
         if not _is_number(x):
             raise ScenarioError.at(place, f"the state {name} needs a number, but it returns {_kind(x)}", "correct it")
-    _check_same(place, [*_numbers(loads), *rates], [*_numbers(loads_again), *rates_again])
-    return called_by([*_numbers(loads), *rates])
+    returned = [*_numbers(loads), *rates]
+    _check_same(place, returned, [*_numbers(loads_again), *rates_again])
+    name, why = needs_samples(returned)
+    if name and force.code.every is None:
+        raise ScenarioError.at(place, f"calls {name}, which {why}, but is not sampled", "give every, an interval in s")
+    return returned
 
 
 def _numbers(loads: Sequence[Load]) -> list[Any]:
@@ -205,7 +213,7 @@ def _tried_joint(model: Model, index: int, now: Instant) -> Code:
     if not rows:
         raise ScenarioError.at(place, "returns no equation", "return one number or several that vanish where it holds")
     _check_same(place, rows, again)
-    _refuse_jitted(place, rows, "an equation of a joint", TRACED)
+    _refuse_untraced(place, rows, "an equation of a joint", TRACED)
     level = joint.code.level
     for row in rows:
         if not _reads(row, 0 if level == "position" else VELOCITIES):
@@ -269,11 +277,9 @@ def _refuse_velocities(place: str, rows: Sequence[Any], why: str, remedy: str) -
         raise ScenarioError.at(place, f"depends on velocities, but {why}", remedy)
 
 
-def _refuse_jitted(place: str, rows: Sequence[Any], what: str, remedy: str) -> None:
+def _refuse_untraced(place: str, rows: Sequence[Any], what: str, remedy: str) -> None:
     if names := called_by(rows):
-        raise ScenarioError.at(
-            place, f"{what} is differentiated, but calls {names[0]}, a @lienumba.jit function", remedy
-        )
+        raise ScenarioError.at(place, f"{what} is differentiated, but calls {names[0]}, which is not traced", remedy)
 
 
 def _reads(row: object, first: int) -> bool:
