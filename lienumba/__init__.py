@@ -6,6 +6,7 @@ from lienumba.errors import ScenarioError as ScenarioError
 
 if TYPE_CHECKING:
     from lienumba import analysis as analysis
+    from lienumba.compiler.foreign.batched import batched as batched
     from lienumba.compiler.foreign.jitted import jit as jit
     from lienumba.compiler.foreign.libraries import foreign as foreign
     from lienumba.engine.disk.merge import merge as merge
@@ -28,6 +29,7 @@ __all__ = [
     "System",
     "__version__",
     "analysis",
+    "batched",
     "equilibrium",
     "foreign",
     "jit",
@@ -45,6 +47,7 @@ __all__ = [
 _MODULES = {  # of what is heavy, which is imported when it is first asked for
     "Prepared": "lienumba.engine.prepared",
     "System": "lienumba.scenario.system",
+    "batched": "lienumba.compiler.foreign.batched",
     "equilibrium": "lienumba.engine.linear.equilibrium",
     "foreign": "lienumba.compiler.foreign.libraries",
     "jit": "lienumba.compiler.foreign.jitted",

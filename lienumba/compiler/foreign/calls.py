@@ -31,7 +31,8 @@ TUPLES = (tuple, list, Vector)
 class Foreign:
     """name: that of the user's function; scalar: whether its output is a number, not a tuple of one; text: LLVM text
     that defines the symbol, complete in itself; outside: whether that calls code that lienumba does not know; sampled:
-    why its law has to be sampled, empty if it need not be."""
+    why its law has to be sampled, empty if it need not be; evaluate: of functions of Python, outputs (outputs, runs) of
+    arguments (numbers, runs)."""
 
     symbol: str
     name: str
@@ -40,6 +41,7 @@ class Foreign:
     text: str
     outside: bool = False
     sampled: str = ""
+    evaluate: Callable[[np.ndarray], np.ndarray] | None = None
 
     def called(self, numbers: Sequence[Any]) -> Any:
         """What a call returns: a tuple of its outputs, or a number."""
@@ -125,12 +127,20 @@ def linked(text: str) -> str:
 def _evaluated(symbol: str, numbers: Sequence[Any]) -> list[Any]:
     """The outputs: floats, or arrays where an argument is one."""
     shape = np.broadcast_shapes(*(np.shape(x) for x in numbers))
-    given = np.array([np.broadcast_to(x, shape).ravel() for x in numbers], np.float64)
-    found = np.empty((KNOWN[symbol].outputs, int(np.prod(shape))))
+    rows = [np.broadcast_to(x, shape).ravel() for x in numbers]
+    given = np.array(rows, np.float64).reshape(len(rows), -1)
+    evaluate = KNOWN[symbol].evaluate
+    found = _found(symbol, given) if evaluate is None else evaluate(given)
+    return [row.reshape(shape) for row in found] if shape else [float(x) for x in found[:, 0]]
+
+
+def _found(symbol: str, given: np.ndarray) -> np.ndarray:
+    """The outputs (outputs, runs) of arguments (numbers, runs), by machine code."""
+    found = np.empty((KNOWN[symbol].outputs, given.shape[1]))
     room = np.zeros(2, np.int64)
     first = room.ctypes.data
-    _machine(symbol)(first, first + 8, given.ctypes.data, found.ctypes.data, found.shape[1])
-    return [row.reshape(shape) for row in found] if shape else [float(x) for x in found[:, 0]]
+    _machine(symbol)(first, first + 8, given.ctypes.data, found.ctypes.data, given.shape[1])
+    return found
 
 
 @cache

@@ -30,6 +30,11 @@ def identity(function: FunctionType) -> str:
     return digest.hexdigest()
 
 
+def names_of(function: FunctionType) -> tuple[str, ...]:
+    """The names of the globals that a function reads."""
+    return _code(function.__code__)[0]
+
+
 def _function(function: FunctionType, seen: set[int]) -> Iterator[bytes]:
     names, attributes, code = _code(function.__code__)
     yield code

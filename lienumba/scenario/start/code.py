@@ -3,6 +3,7 @@
 import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -118,7 +119,9 @@ def tried(model: Model) -> Model:
     returned = [[] if force.code is None else _try_force(symbolic, force, now) for force in symbolic.forces]
     initial = [x for force in placed.forces if force.code is not None for x in force.initial.values()]
     for force, values in zip(placed.forces, returned, strict=True):
-        check_repeats(f"model.forces.{force.name}", values, numbers, initial)
+        if force.code is not None:
+            check = partial(check_repeats, values, numbers, initial)
+            _called(f"model.forces.{force.name}", force.code, check)
     codes = [None if j.code is None else _tried_joint(symbolic, n, now) for n, j in enumerate(placed.joints)]
     first = map_numbers(placed, _first)
     for n, code in enumerate(codes):

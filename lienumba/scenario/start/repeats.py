@@ -9,7 +9,7 @@ from lienumba.compiler.foreign import calls
 from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import reached
 from lienumba.compiler.tape import replayed
-from lienumba.errors import ScenarioError
+from lienumba.errors import BadValueError
 from lienumba.groups import so3
 from lienumba.groups.state import ELEMENT
 from lienumba.mechanics.mechanism.tables import Numbers, RunNumbers
@@ -18,13 +18,11 @@ PURE = "let its outputs depend on its arguments alone"
 LANES = np.linspace(-1.0, 1.0, W) + 0.0625  # of what differs between runs
 
 
-def check_repeats(place: str, values: Sequence[object], numbers: Sequence[Any], initial: Sequence[Any]) -> None:
-    """A ScenarioError for a function that returns other bits when it is called again, with its runs in another order.
+def check_repeats(values: Sequence[object], numbers: Sequence[Any], initial: Sequence[Any]) -> None:
+    """A BadValueError for a function that returns other bits when it is called again, with its runs in another order.
 
     Parameters
     ----------
-    place : str
-        The law.
     values : sequence
         What the law returned on symbols.
     numbers : sequence
@@ -40,8 +38,9 @@ def check_repeats(place: str, values: Sequence[object], numbers: Sequence[Any], 
             once, again = (replayed(outputs, _Given(numbers, initial, order)) for order in (1, -1))
         for x, y in zip(once, again, strict=True):
             if np.broadcast_to(x, W).tobytes() != np.broadcast_to(y, W)[::-1].tobytes():
-                rule = f"{made.name} returns other numbers when it is called again with equal arguments"
-                raise ScenarioError.at(place, rule, PURE)
+                order = ", its runs in another order" if made.evaluate else ""
+                rule = f"{made.name} returns other numbers when it is called again with equal arguments{order}"
+                raise BadValueError(rule, PURE)
 
 
 class _Given:

@@ -1,0 +1,185 @@
+"""`lienumba.batched`: a function of Python that gets arrays of runs, called from sampled laws.
+
+Kernels call it by its address, for the W runs of a block at a time. It always gets W numbers of each argument.
+"""
+
+import ctypes
+import functools
+import hashlib
+import inspect
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+
+from lienumba.compiler import native
+from lienumba.compiler.foreign import wrappers
+from lienumba.compiler.foreign.calls import KNOWN, PREFIX, TUPLES, Foreign, Function, flat
+from lienumba.compiler.foreign.identity import names_of
+from lienumba.compiler.rows import W
+from lienumba.errors import BadValueError
+
+ADDRESSED = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)
+NUMBER = 0  # the size of an argument that is no tuple
+
+_made: Counter[str] = Counter()  # how many functions of a name there are in this process
+_kept: list[Any] = []  # what machine code calls
+
+
+class Batched(Function):
+    """A function of Python that gets arrays of runs, see `batched`. `py_func`: the function as it is written."""
+
+    def __init__(self, function: FunctionType, outputs: int) -> None:
+        functools.update_wrapper(self, function)
+        self.py_func, self.outputs = function, outputs
+        self._signature = inspect.signature(function)
+        name = f"{function.__module__}.{function.__qualname__}"
+        self._name = f"{name} {_made[name]}"
+        _made[name] += 1
+
+    def __call__(self, *arguments: object, **named: object) -> Any:
+        """Its outputs: symbols of the graph of its arguments, or on floats and arrays of runs numbers like them."""
+        bound = self._signature.bind(*arguments, **named)
+        bound.apply_defaults()
+        numbers = flat(self.__name__, bound.args)
+        return self._compiled([len(x) if isinstance(x, TUPLES) else NUMBER for x in bound.args]).called(numbers)
+
+    def identity(self) -> str:
+        """A digest of the numbers, texts and arrays of its module that it reads; its text is known elsewhere."""
+        digest = hashlib.sha256()
+        for said in _read(self.py_func, set()):
+            digest.update(said + b"\0")
+        return digest.hexdigest()
+
+    def _compiled(self, sizes: Sequence[int]) -> Foreign:
+        """The function for arguments of these sizes (0 for a number, n for a tuple of n)."""
+        said = f"{self._name} {self.outputs} {sizes}"  # of a process; object code says nothing else of the function
+        symbol = PREFIX + hashlib.sha256(said.encode()).hexdigest()[:32]
+        if symbol not in KNOWN:
+            numbers, text = sum(max(size, 1) for size in sizes), wrappers.by_block(symbol)
+            function = ADDRESSED(functools.partial(self._block, numbers, sizes))
+            _kept.append(function)
+            native.ADDRESSES[wrappers.address_of(symbol)] = ctypes.cast(function, ctypes.c_void_p).value or 0
+            called, why = functools.partial(self._runs, sizes), "gets the runs of a block at once"
+            KNOWN[symbol] = Foreign(symbol, self.__name__, self.outputs, self.outputs == 1, text, True, why, called)
+        return KNOWN[symbol]
+
+    def _runs(self, sizes: Sequence[int], given: np.ndarray) -> np.ndarray:
+        """The outputs (outputs, runs) of arguments (numbers, runs), W runs at a time. Raises what it raises."""
+        runs = given.shape[1]
+        if runs == W:
+            return self._outputs(sizes, given.copy())
+        padded = np.pad(given, ((0, 0), (0, -runs % W)), "edge")
+        parts = [self._outputs(sizes, padded[:, n : n + W].copy()) for n in range(0, runs, W)]
+        return np.concatenate(parts, axis=1)[:, :runs]
+
+    def _outputs(self, sizes: Sequence[int], given: np.ndarray) -> np.ndarray:
+        """The outputs (outputs, W) of arguments (numbers, W); those of a run are NaN where one is not finite."""
+        rows = iter(given)
+        found = self.py_func(*(tuple(next(rows) for _ in range(size)) if size else next(rows) for size in sizes))
+        listed = found if isinstance(found, TUPLES) or np.ndim(found) == 2 else (found,)
+        shapes = [np.shape(x) for x in listed]
+        if found is None or len(shapes) != self.outputs or not {*shapes} <= {(), (W,)}:
+            kind = "nothing" if found is None else f"shapes {shapes}"
+            rule = f"{self.__name__} must return {self.outputs} arrays of shape ({W},), but returns {kind}"
+            raise BadValueError(rule, "return a number of each output for each run, or correct outputs")
+        values = np.empty((self.outputs, W))
+        for n, x in enumerate(listed):
+            values[n] = x
+        finite = np.isfinite(values)
+        return values if finite.all() else np.where(finite.all(axis=0), values, np.nan)
+
+    def _block(self, numbers: int, sizes: Sequence[int], given: int, found: int, lanes: int) -> None:
+        """What kernels call. Runs that have failed get the numbers of one that has not; where it raises, it is called
+        for each run apart, so that those in which it raises fail alone."""
+        left, rows = _numbers(found, self.outputs, lanes), _numbers(given, numbers, lanes)
+        left[:] = np.nan
+        good = ~np.isnan(rows).any(axis=0)
+        if not good.any():
+            return
+        whole = good.all()
+        filled = rows if whole else np.where(good, rows, rows[:, [good.argmax()]])
+        try:
+            outputs = self._runs(sizes, filled)
+            left[:] = outputs if whole else np.where(good, outputs, np.nan)
+        except Exception:
+            for lane in np.flatnonzero(good).tolist():
+                self._alone(sizes, filled, left, lane)
+
+    def _alone(self, sizes: Sequence[int], given: np.ndarray, left: np.ndarray, lane: int) -> None:
+        """Call it for one run, in its place among equal ones."""
+        try:
+            left[:, lane] = self._runs(sizes, np.repeat(given[:, [lane]], given.shape[1], axis=1))[:, lane]
+        except Exception as error:
+            with suppress(Warning):
+                warnings.warn(f"{self.__name__} raised {type(error).__name__}: {error}; the run fails", stacklevel=1)
+
+
+def batched(*, outputs: int) -> Callable[[Callable[..., Any]], Batched]:
+    """Let sampled laws call a function of Python that gets arrays of runs, such as a policy network.
+
+    It may use any package. It is called at every sample (`every`) for the eight runs of a block at once, by one thread
+    after the other, and must treat each run by itself: the numbers of a run must not depend on the other runs, on their
+    order, or on earlier calls. A call with the runs in another order checks this before runs begin. Then a run has the
+    same bits for any number of workers. Where it raises, or returns what is not finite, that run fails alone. It has no
+    derivative: potential energies, joints and equilibria exclude it.
+
+    Parameters
+    ----------
+    outputs : int
+        How many numbers it returns for each run.
+
+    Returns
+    -------
+    callable
+        The decorator, for a function of arrays (8,), or of tuples of them, that returns an array (8,), a tuple of them,
+        or an array (outputs, 8). The arrays and numbers of its module that it reads are part of the hash of scenarios.
+
+    Raises
+    ------
+    ValueError
+        For what is not a plain function, and for outputs below 1.
+    """
+    if not isinstance(outputs, int) or outputs < 1:
+        rule = f"outputs = {outputs!r} must be a whole number from 1 on"
+        raise BadValueError(rule, "write @lienumba.batched(outputs=1)")
+
+    def decorated(function: Callable[..., Any]) -> Batched:
+        if not isinstance(function, FunctionType):
+            rule = f"lienumba.batched takes a plain function, not a {type(function).__name__}"
+            raise BadValueError(rule, "write it with def")
+        return Batched(function, outputs)
+
+    return decorated
+
+
+def _numbers(address: int, rows: int, lanes: int) -> np.ndarray:
+    """Numbers in memory (rows, lanes)."""
+    return np.ndarray((rows, lanes), np.float64, memoryview((ctypes.c_double * (rows * lanes)).from_address(address)))
+
+
+def _read(function: FunctionType, seen: set[int]) -> Iterator[bytes]:
+    """What a function reads of its module, with functions that it calls there."""
+    seen.add(id(function))
+    for name in sorted(names_of(function)):
+        x = function.__globals__.get(name)
+        x = getattr(x, "py_func", x)
+        if isinstance(x, FunctionType) and x.__globals__ is function.__globals__:
+            yield from () if id(x) in seen else _read(x, seen)
+        else:
+            yield from (name.encode(), *_value(x))
+
+
+def _value(x: Any) -> Iterator[bytes]:
+    """What a value says; nothing, if it is not known."""
+    if isinstance(x, bool | int | float | complex | str | bytes | None):
+        yield repr(x).encode()
+    elif isinstance(x, np.ndarray | np.generic) and x.dtype != object:
+        yield repr((x.dtype.str, x.shape)).encode() + x.tobytes()
+    elif isinstance(x, tuple | list | dict):
+        for inner in x.items() if isinstance(x, dict) else x:
+            yield from _value(inner)
