@@ -115,8 +115,9 @@ class Batched(Function):
         try:
             left[:, lane] = self._runs(sizes, np.repeat(given[:, [lane]], given.shape[1], axis=1))[:, lane]
         except Exception as error:
+            said = f"{self.__name__} raised {type(error).__name__}: {error}; the run fails"
             with suppress(Warning):
-                warnings.warn(f"{self.__name__} raised {type(error).__name__}: {error}; the run fails", stacklevel=1)
+                warnings.warn(said, RuntimeWarning, stacklevel=1)
 
 
 def batched(*, outputs: int) -> Callable[[Callable[..., Any]], Batched]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from lienumba.errors import ScenarioError
 
-COMPILED, CALLED = "is a function for Numba, but a law is traced", "write a law that calls it"
+COMPILED, CALLED = "is a function for Numba or of arrays, but a law is traced", "write a law that calls it"
 ARRAY = "numpy.array("
 HEADER = "from __future__ import annotations\n"
 LIBRARIES = tuple(sysconfig.get_paths()[key] for key in ("stdlib", "platstdlib", "purelib", "platlib"))
