@@ -125,7 +125,7 @@ def test_a_method_that_needs_derivatives_takes_a_sampled_one_only(method):
 
 
 def test_a_law_is_not_decorated_itself():
-    rule = r"model\.forces\.own\.function.*: is a function for Numba or of arrays, but a law is traced; write a law that"
+    rule = r"model\.forces\.own\.function.*: is a function for Numba or of arrays, but a law is traced; write a law"
     for function in (f"{FILE}:limited", jitted.limited):
         with pytest.raises(ScenarioError, match=rule):
             lienumba.run(pendulum(own("", joints=["hinge"]) | {"function": function}))

@@ -1,10 +1,5 @@
 """Functions of C in laws: the bits of the same laws for Numba, run by run; refused before runs begin."""
 
-import ctypes
-import os
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,30 +8,11 @@ import pytest
 
 import lienumba
 from lienumba.compiler.foreign.libraries import LibraryFunction
-from lienumba.errors import BadValueError
 from tests.facade import ScenarioError, resolve
 from tests.laws.rigs import pendulum, run
 from tests.laws.test_jitted import arm, swinging
-from tests.rigs.places import ROOT
+from tests.rigs.libraries import built
 
-SOURCE = """
-void pid(const double *u, double *x, double *y)
-{
-    double error = u[5] - u[0], wanted = u[2] * error + u[3] * x[0] - u[4] * u[1];
-    if (wanted > u[6]) y[0] = u[6];
-    else if (wanted < -u[6]) y[0] = -u[6];
-    else { y[0] = wanted; x[0] += u[7] * error; }
-}
-void limited(const double *u, double *x, double *y)
-{
-    y[0] = u[0] > u[2] ? 0.0 / 0.0 : -GAIN * u[0] - u[1];
-}
-void counted(const double *u, double *x, double *y)
-{
-    static int calls = 0;
-    y[0] = u[0] + ++calls;
-}
-"""
 LAWS = """
 import ctypes
 import lienumba
@@ -65,29 +41,6 @@ def impure(joint, *, limit):
 def short(joint, *, limit):
     return joint.effort(limited(joint.angle, limit))
 """
-CACHED = """
-import sys
-import lienumba
-from lienumba.compiler import emit, flat, native
-from lienumba.compiler.value_types import DOUBLE
-from tests.laws.test_jitted import arm
-native.LEVEL, flat.PASSES, emit.VALUES = 0, 0, DOUBLE
-native.emit = lambda *given: sys.exit("it is compiled again")
-data = arm()
-data["model"]["forces"][0]["function"] = sys.argv[1]
-print(lienumba.run(data, workers=1).position.values.tobytes().hex())
-"""
-
-
-def built(folder: Path, name: str = "laws.so", gain: float = 2.0) -> Path:
-    """A shared library of SOURCE."""
-    compiler = shutil.which("cc")
-    if compiler is None:
-        pytest.skip("there is no C compiler")
-    flags = ["-O2", "-ffp-contract=off", "-shared", "-fPIC", f"-DGAIN={gain}"]
-    command = [compiler, "-x", "c", *flags, "-o", str(folder / name), "-"]
-    subprocess.run(command, input=SOURCE, text=True, check=True)
-    return folder / name
 
 
 @pytest.fixture(scope="module")
@@ -104,14 +57,10 @@ def calling(data: dict[str, Any], function: str) -> dict[str, Any]:
     return data
 
 
-def test_a_controller_has_the_bits_of_the_jitted_one_and_later_processes_compile_nothing(laws):
-    """Where the library lies elsewhere in memory."""
+def test_a_controller_has_the_bits_of_the_jitted_one(laws):
     a, b = run(calling(arm(), f"{laws}:pid")), run(arm())
     assert a.position.values.tobytes() == b.position.values.tobytes()
     assert a["own.integral"].values.tobytes() == b["own.integral"].values.tobytes()
-    command = [sys.executable, "-c", CACHED, f"{laws}:pid"]
-    done = subprocess.run(command, cwd=ROOT, env=os.environ, capture_output=True, text=True)
-    assert done.stdout.strip() == a.position.values.tobytes().hex(), done.stderr
 
 
 def test_a_run_with_what_is_not_finite_fails_alone_as_that_in_which_the_jitted_one_raises(laws):
@@ -140,34 +89,7 @@ def test_what_is_refused_is_refused_before_runs_begin(laws, function, sampled, r
         lienumba.run(data)
 
 
-def test_a_function_is_one_of_a_library_with_whole_sizes(laws):
-    library = ctypes.CDLL(str(laws.with_suffix(".so")))
-    for function in (abs, ctypes.CFUNCTYPE(None)(abs)):
-        with pytest.raises(
-            BadValueError, match=r"lienumba\.foreign.*; load the library with ctypes\.CDLL\(path\), and"
-        ):
-            lienumba.foreign(function, inputs=1, outputs=1)
-    with pytest.raises(BadValueError, match=r"inputs = -1 must be a whole number from 0 on; count its numbers"):
-        lienumba.foreign(library.pid, inputs=-1, outputs=1)
-    with pytest.raises(BadValueError, match="a function without outputs and states changes nothing"):
-        lienumba.foreign(library.pid, inputs=1, outputs=0)
-
-
-def test_another_library_is_another_scenario(laws, tmp_path, monkeypatch):
-    """The file counts, not where it lies."""
-
-    def identity(path: Path) -> str:
-        return lienumba.foreign(ctypes.CDLL(str(path)).limited, inputs=3, outputs=1).identity()
-
-    first = laws.with_suffix(".so")
-    shutil.copy(first, tmp_path / "same.so")
-    other = built(tmp_path, "other.so", gain=3.0)
-    assert identity(tmp_path / "same.so") == identity(first) != identity(other)
-    built(tmp_path, "other.so", gain=4.0)
-    with pytest.raises(
-        BadValueError, match=r"other\.so has changed since this process loaded it, .*; start a new proc"
-    ):
-        identity(other)
+def test_its_library_is_part_of_the_scenario(laws, monkeypatch):
     data = calling(swinging(), f"{laws}:motor")
     sha = resolve(data).sha256()
     monkeypatch.setattr(LibraryFunction, "identity", lambda self: "another")
