@@ -10,9 +10,10 @@ stand on the page are there from the beginning.
                   to be valid when it `extends` a scenario: that in `<!-- into: FILE -->` above it, or else
                   scenarios/heavy_top.toml.
     ```csv        `# name.csv` as the first line: a file of that name.
+    ```c          `// name.c` as the first line: likewise.
     ```sh         every line is a command. Those of lienumba run, and must end with 0, or 1 where a `text` block
-                  follows; those in `player.NOT_RUN` are only parsed. Everything else must begin with a word in
-                  `player.ELSEWHERE`.
+                  follows; those in `player.NOT_RUN` are only parsed. A line of `cc` runs, too; without a compiler
+                  the page ends there. Everything else must begin with a word in `player.ELSEWHERE`.
     ```console    `$ command` lines, run likewise, each with what it prints behind it.
     ```text       not run. Right behind a python or sh block it is what that block prints. In all shown output `...`
                   stands for anything, and blanks count as one.
@@ -28,11 +29,11 @@ from pathlib import Path
 
 from tests.rigs.places import ROOT
 
-LANGUAGES = ("python", "toml", "csv", "sh", "console", "text")
+LANGUAGES = ("python", "toml", "csv", "c", "sh", "console", "text")
 FENCE = re.compile(
     r"^(?P<indent> *)```(?P<language>[^\n`]*)\n(?P<text>.*?)^(?P=indent)``` *$", re.DOTALL | re.MULTILINE
 )
-NAME = re.compile(r"# ([\w.]+\.\w+)\n")
+NAME = re.compile(r"(?:#|//) ([\w.]+\.\w+)\n")
 INTO = re.compile(r"<!-- into: (\S+) -->\s*\Z")
 BASE = "scenarios/heavy_top.toml"
 

@@ -6,6 +6,7 @@ import linecache
 import os
 import re
 import shlex
+import shutil
 import subprocess
 from collections.abc import Iterator, Sequence
 from glob import glob
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+import pytest
 import typer.main
 from typer.testing import CliRunner
 
@@ -63,6 +65,9 @@ class Player:
     def csv(self, block: Block) -> None:
         assert block.name, "a table without `# name.csv` in its first line"
 
+    def c(self, block: Block) -> None:
+        assert block.name, "a program without `// name.c` in its first line"
+
     def toml(self, block: Block) -> None:
         whole = bool(block.name) or ("[model]" in block.text and "[integrator]" in block.text)
         path = self.folder / (block.name or f"block_{block.line}.toml")
@@ -100,6 +105,11 @@ class Player:
             return ""
         words = shlex.split(os.path.expandvars(line), comments=True)
         if not words or words[0] in ELSEWHERE:
+            return ""
+        if words[0] == "cc":
+            if shutil.which("cc") is None:
+                pytest.skip("there is no C compiler")
+            subprocess.run(words, cwd=self.folder, check=True)
             return ""
         assert words[0] == "lienumba", f"{line}: nobody runs {words[0]}"
         parse(words[1:])
