@@ -71,3 +71,11 @@ def by_raising(joint, *, limit):
 
 def by_policy(joint, *, limit):
     return joint.effort(policy(joint.angle))
+
+
+def by_gust(joint, *, gain, gust):
+    return joint.effort(gain * policy(gust))
+
+
+def by_gust_traced(joint, *, gain, gust):
+    return joint.effort(gain * (2.0 * gust - 0.5))

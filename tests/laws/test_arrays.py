@@ -8,7 +8,7 @@ import pytest
 import lienumba
 from tests.facade import ScenarioError, resolve
 from tests.laws import arrays
-from tests.laws.rigs import close, run
+from tests.laws.rigs import close, pendulum, run
 from tests.laws.test_jitted import arm, swinging
 from tests.laws.test_libraries import calling
 
@@ -21,6 +21,7 @@ def test_a_controller_is_as_the_jitted_one():
     np.testing.assert_array_equal(run(calling(arm(), arrays.pid)).position, a.position)
 
 
+@pytest.mark.usefixtures("vectors")
 def test_a_run_in_which_it_raises_fails_alone():
     """The others have the bits that they have without it, in whichever lane they are, and for any workers."""
     data = calling(swinging(every=0.02), f"{FILE}:motor")
@@ -55,6 +56,16 @@ def test_its_law_is_sampled():
         lienumba.run(calling(swinging(), f"{FILE}:motor"))
     with pytest.raises(ScenarioError, match=r"model\.forces\.own\.function.*: is a function for Numba or of arrays"):
         lienumba.run(calling(swinging(), f"{FILE}:limited"))
+
+
+def test_its_law_reads_noise_and_tables():
+    """Also when it is tried."""
+    law = {"name": "own", "type": "python", "joints": ["hinge"], "every": 0.02, "parameters": {"gain": "late(t) + 2"}}
+    noise = [{"name": "gust", "type": "band", "std": 0.4, "frequency": 1.5, "every": 0.02, "units": "N m"}]
+    late = {"times": [0, 0.1, 1], "values": [0, 1, 0], "interpolation": "linear"}
+    data = pendulum(law, end=0.2, noise=noise, tables={"late": late}, sweep={"runs": 3, "seed": 1})
+    a, b = (run(calling(data, f"{FILE}:{function}")) for function in ("by_gust", "by_gust_traced"))
+    close(a, b, "position", atol=1e-13)
 
 
 def test_arrays_that_it_reads_are_part_of_the_scenario(monkeypatch):

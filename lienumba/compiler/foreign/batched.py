@@ -49,14 +49,14 @@ class Batched(Function):
         return self._compiled([len(x) if isinstance(x, TUPLES) else NUMBER for x in bound.args]).called(numbers)
 
     def identity(self) -> str:
-        """A digest of the numbers, texts and arrays of its module that it reads; its text is known elsewhere."""
+        """Return a digest of the numbers, texts and arrays of its module that it reads. The scenario has its text."""
         digest = hashlib.sha256()
         for said in _read(self.py_func, set()):
             digest.update(said + b"\0")
         return digest.hexdigest()
 
     def _compiled(self, sizes: Sequence[int]) -> Foreign:
-        """The function for arguments of these sizes (0 for a number, n for a tuple of n)."""
+        """Return the function for arguments of these sizes (0 for a number, n for a tuple of n)."""
         said = f"{self._name} {self.outputs} {sizes}"  # of a process; object code says nothing else of the function
         symbol = PREFIX + hashlib.sha256(said.encode()).hexdigest()[:32]
         if symbol not in KNOWN:
@@ -69,7 +69,7 @@ class Batched(Function):
         return KNOWN[symbol]
 
     def _runs(self, sizes: Sequence[int], given: np.ndarray) -> np.ndarray:
-        """The outputs (outputs, runs) of arguments (numbers, runs), W runs at a time. Raises what it raises."""
+        """Compute outputs (outputs, runs) of arguments (numbers, runs), W runs at a time. Raises its errors."""
         runs = given.shape[1]
         if runs == W:
             return self._outputs(sizes, given.copy())
@@ -78,7 +78,7 @@ class Batched(Function):
         return np.concatenate(parts, axis=1)[:, :runs]
 
     def _outputs(self, sizes: Sequence[int], given: np.ndarray) -> np.ndarray:
-        """The outputs (outputs, W) of arguments (numbers, W); those of a run are NaN where one is not finite."""
+        """Compute outputs (outputs, W) of arguments (numbers, W); a run with one that is not finite has NaN in all."""
         rows = iter(given)
         found = self.py_func(*(tuple(next(rows) for _ in range(size)) if size else next(rows) for size in sizes))
         listed = found if isinstance(found, TUPLES) or np.ndim(found) == 2 else (found,)
@@ -94,8 +94,11 @@ class Batched(Function):
         return values if finite.all() else np.where(finite.all(axis=0), values, np.nan)
 
     def _block(self, numbers: int, sizes: Sequence[int], given: int, found: int, lanes: int) -> None:
-        """What kernels call. Runs that have failed get the numbers of one that has not; where it raises, it is called
-        for each run apart, so that those in which it raises fail alone."""
+        """Evaluate a block of runs for a kernel: given (numbers, lanes) and found (outputs, lanes) are addresses.
+
+        Failed runs get the arguments of a run that has not failed. If the function raises, it is called for each run
+        apart, so that the runs in which it raises fail alone.
+        """
         left, rows = _numbers(found, self.outputs, lanes), _numbers(given, numbers, lanes)
         left[:] = np.nan
         good = ~np.isnan(rows).any(axis=0)
@@ -159,12 +162,12 @@ def batched(*, outputs: int) -> Callable[[Callable[..., Any]], Batched]:
 
 
 def _numbers(address: int, rows: int, lanes: int) -> np.ndarray:
-    """Numbers in memory (rows, lanes)."""
+    """View numbers in memory as an array (rows, lanes)."""
     return np.ndarray((rows, lanes), np.float64, memoryview((ctypes.c_double * (rows * lanes)).from_address(address)))
 
 
 def _read(function: FunctionType, seen: set[int]) -> Iterator[bytes]:
-    """What a function reads of its module, with functions that it calls there."""
+    """Yield what a function, and functions of its module that it calls, read of the module."""
     seen.add(id(function))
     for name in sorted(names_of(function)):
         x = function.__globals__.get(name)
@@ -176,7 +179,7 @@ def _read(function: FunctionType, seen: set[int]) -> Iterator[bytes]:
 
 
 def _value(x: Any) -> Iterator[bytes]:
-    """What a value says; nothing, if it is not known."""
+    """Yield the content of a value; nothing of an object of an unknown type."""
     if isinstance(x, bool | int | float | complex | str | bytes | None):
         yield repr(x).encode()
     elif isinstance(x, np.ndarray | np.generic) and x.dtype != object:

@@ -44,7 +44,7 @@ class Foreign:
     evaluate: Callable[[np.ndarray], np.ndarray] | None = None
 
     def called(self, numbers: Sequence[Any]) -> Any:
-        """What a call returns: a tuple of its outputs, or a number."""
+        """Call it: a tuple of its outputs, or a number if there is only one."""
         node = call(self.symbol, *numbers)
         found = tuple(part(node, n) for n in range(self.outputs))
         return found[0] if self.scalar else found
@@ -56,7 +56,7 @@ class Function:
     __name__: str
 
     def identity(self) -> str:
-        """What decides about its numbers, as far as it is known."""
+        """Return what determines its outputs, as far as that is known."""
         raise NotImplementedError
 
 
@@ -128,14 +128,14 @@ def _evaluated(symbol: str, numbers: Sequence[Any]) -> list[Any]:
     """The outputs: floats, or arrays where an argument is one."""
     shape = np.broadcast_shapes(*(np.shape(x) for x in numbers))
     rows = [np.broadcast_to(x, shape).ravel() for x in numbers]
-    given = np.array(rows, np.float64).reshape(len(rows), -1)
+    given = np.array(rows, np.float64).reshape(len(rows), int(np.prod(shape)))
     evaluate = KNOWN[symbol].evaluate
     found = _found(symbol, given) if evaluate is None else evaluate(given)
     return [row.reshape(shape) for row in found] if shape else [float(x) for x in found[:, 0]]
 
 
 def _found(symbol: str, given: np.ndarray) -> np.ndarray:
-    """The outputs (outputs, runs) of arguments (numbers, runs), by machine code."""
+    """Compute the outputs (outputs, runs) of arguments (numbers, runs) by machine code."""
     found = np.empty((KNOWN[symbol].outputs, given.shape[1]))
     room = np.zeros(2, np.int64)
     first = room.ctypes.data

@@ -53,11 +53,11 @@ class LibraryFunction(Function):
         return self._made.called([*given, *x])
 
     def identity(self) -> str:
-        """The digest of its library, its symbol and its sizes."""
+        """Return the digest of its library, its symbol and its sizes."""
         return self._identity
 
     def written(self, name: str) -> str:
-        """Python that gives it this name."""
+        """Return Python code that makes it, under this name."""
         return f"import ctypes\nimport lienumba\n{name} = {self._made_by}\n"
 
 
@@ -111,7 +111,7 @@ class _Place(ctypes.Structure):
 
 
 def _library(address: int) -> tuple[str, int, str]:
-    """The file of the library that has this address, where it is loaded, and the symbol there."""
+    """Find the file of the library that has this address, where it is loaded, and the symbol there."""
     place = _Place()
     if not ctypes.CDLL(None).dladdr(ctypes.c_void_p(address), ctypes.byref(place)) or not place.file:
         raise BadValueError("the function given to lienumba.foreign is not of a shared library", LOAD)
@@ -119,7 +119,7 @@ def _library(address: int) -> tuple[str, int, str]:
 
 
 def _digest(path: str, base: int) -> str:
-    """Of the file of a library. A process that has loaded a library keeps its code, whatever becomes of the file."""
+    """Return the digest of a library's file. A process keeps the code that it has loaded if the file changes."""
     if sys.float_info.min * 0.5 == 0.0:
         rule = "numbers below 2e-308 have become 0, as by the library, which changes the bits of all runs"
         raise BadValueError(rule, "build it without -ffast-math")

@@ -24,7 +24,11 @@ from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.words import listed, printable, readable, suggestion
 
 PYTHON = "python"
-UNTRACED = ("jit", "foreign", "batched")  # what lienumba makes functions with that are not traced
+UNTRACED = (
+    "jit",
+    "foreign",
+    "batched",
+)  # the decorators and functions of lienumba that make functions that are not traced
 TRUST = "nothing of it was run; read it, and if you trust it, give --allow-code (allow_code=True)"
 
 
@@ -215,7 +219,7 @@ def function_of(place: str, reference: str, files: Mapping[str, str]) -> Callabl
 
 
 def identities(files: Keys) -> dict[str, str]:
-    """What decides about functions in Python files that are not traced, by file and name. Runs files that have some."""
+    """Return the identities of functions in Python files that are not traced, by file and name. Runs such files."""
     from lienumba.compiler.foreign.calls import Function
 
     found: dict[str, str] = {}

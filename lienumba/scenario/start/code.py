@@ -117,7 +117,7 @@ def tried(model: Model) -> Model:
     symbolic = map_numbers(placed, slot, slot)
     now = _state(symbolic, graph)
     returned = [[] if force.code is None else _try_force(symbolic, force, now) for force in symbolic.forces]
-    initial = [x for force in placed.forces if force.code is not None for x in force.initial.values()]
+    initial = [x for force in placed.forces for x in _initial(force)]
     for force, values in zip(placed.forces, returned, strict=True):
         if force.code is not None:
             check = partial(check_repeats, values, numbers, initial)
@@ -185,6 +185,11 @@ def _try_force(model: Model, force: Force, now: Instant) -> list[Any]:
     if name and force.code.every is None:
         raise ScenarioError.at(place, f"calls {name}, which {why}, but is not sampled", "give every, an interval in s")
     return returned
+
+
+def _initial(force: Force) -> list[Any]:
+    """The initial states of a law."""
+    return [] if force.code is None else [force.initial[name] for name in force.code.states]
 
 
 def _numbers(loads: Sequence[Load]) -> list[Any]:

@@ -42,18 +42,22 @@ def test_each_lane_is_called_with_its_states_and_fails_alone(path):
     """Not finite, or not called, since one of its arguments is NaN."""
     pid = lienumba.foreign(ctypes.CDLL(str(path)).pid, inputs=8, outputs=1, states=1)
     graph = Graph()
-    x, y, state = graph.inputs("state", 3)
+    x, y, state, limit = graph.inputs("state", 4)
     torque, following = pid((x, y, 2.0, 0.5, 0.25), 0.3, 4.0, 0.125, states=state)
-    kernel = Kernel("main", (torque, following, limited(path)(x, y, 1.0)), 0)
-    given = np.random.default_rng(1).normal(size=(3, 8))
-    given[1, 3], given[0, 5] = np.nan, np.inf
+    kernel = Kernel("main", (torque, following, limited(path)(x, y, limit)), 0)
+    given = np.random.default_rng(1).normal(size=(4, 8))
+    given[3] = 1.0
+    given[1, 3], given[0, 5], given[0, 6], given[3, 7] = np.nan, np.inf, -np.inf, np.nan
     found = call(kernel, state=given)
     assert np.isnan(found[:2]).all(axis=0).tolist() == [lane == 3 for lane in range(8)]
     error = 0.3 - given[0]
     wanted = 2.0 * error + 0.5 * given[2] - 0.25 * given[1]
     assert_same_bits(found[0], np.clip(wanted, -4.0, 4.0))
     assert_same_bits(found[1], np.where(abs(wanted) > 4.0, given[2], given[2] + 0.125 * error) + 0.0 * given[1])
-    assert np.isnan(found[2]).tolist() == (np.isnan(given[1]) | (given[0] > 1.0)).tolist()
+    assert (
+        np.isnan(found[2]).tolist()
+        == (np.isnan(given[[1, 3]]).any(axis=0) | np.isinf(given[0]) | (given[0] > 1)).tolist()
+    )
 
 
 def test_later_processes_find_its_object_code_wherever_the_library_lies(path):
