@@ -1,7 +1,7 @@
 """The suites of tests: `--quick`, `--commit`, and `--all`, that of a release, chosen by tests/costs.csv.
 
-`--quick` runs the first case of each function that costs at most `QUICK_CASE`. If a room has few of these, it adds the
-room's cheapest functions, up to a tenth. It leaves out tests/process, and does not import files of which it runs
+`--quick` runs the first case of each function that costs little. If a room has few of these, it adds the room's
+cheapest functions, up to a tenth. It leaves out tests/process, and does not import files of which it runs
 nothing. `--commit` runs of each function the first case, another one, and as many more as cost `COMMIT_FUNCTION`
 together. Functions with dearer cases than `COMMIT_CASE` take turns; with dearer ones than `RELEASE_CASE`, or marked
 `release`, they run in a release only. The hash of HEAD chooses. `--all` runs everything, and the campaigns: tests with
@@ -23,14 +23,16 @@ from tests import clock, costs
 from tests.costs import Cost, function_of
 
 # Costs in quiet s (tests/clock.py).
-QUICK_CASE = 0.1  # most that a first case in --quick costs
-QUICK_FUNCTION = 0.05  # most that all quick cases of a function cost, if more than the first run
+QUICK_CASE = 0.05  # most that a first case in --quick costs,
+QUICK_CORE_CASE = 0.2  # and one of what the results rest on
+QUICK_FUNCTION = 0.03  # most that all quick cases of a function cost, if more than the first run
 QUICK_SHARE = 0.1  # least part of a room's functions in --quick
 QUICK_DEAREST = 0.5  # most that a first case added for that share costs
 COMMIT_FUNCTION = 1.0  # most that the cases of a function in --commit cost, if more than two run
 COMMIT_CASE = 1.0  # functions with a dearer case run in one commit of COMMIT_TURNS
 COMMIT_TURNS = 6
 RELEASE_CASE = 4.0  # functions with a dearer case run in a release only
+CORE = ("tests/groups/", "tests/numerics/", "tests/compiler/", "tests/mechanics/", "tests/integrators/")
 PROCESSES = "tests/process/"  # tests that start processes, browsers and other CPUs: none is quick
 SUITES = ("quick", "commit", "all")
 NEW = Cost()  # of functions that tests/costs.csv does not name
@@ -114,10 +116,11 @@ def quick_functions(functions: list[str], known: dict[str, Cost]) -> frozenset[s
         if not known.get(function, NEW).release and not function.startswith(PROCESSES):
             rooms.setdefault(function.partition("::")[0].rpartition("/")[0], []).append(function)
     kept: set[str] = set()
-    for room in rooms.values():
+    for name, room in rooms.items():
+        limit = QUICK_CORE_CASE if f"{name}/".startswith(CORE) else QUICK_CASE
         first_case = {function: _quick_first(known.get(function, NEW)) for function in room}
         for n, (function, first) in enumerate(sorted(first_case.items(), key=itemgetter(1))):
-            if first <= QUICK_CASE or (n < QUICK_SHARE * len(room) and first <= QUICK_DEAREST):
+            if first <= limit or (n < QUICK_SHARE * len(room) and first <= QUICK_DEAREST):
                 kept.add(function)
     return frozenset(kept)
 

@@ -13,6 +13,7 @@ from tests.suites import (
     COMMIT_FUNCTION,
     COMMIT_TURNS,
     QUICK_CASE,
+    QUICK_CORE_CASE,
     QUICK_FUNCTION,
     RELEASE_CASE,
     commit_cases,
@@ -43,6 +44,12 @@ def test_the_quick_part_has_cheap_functions_and_the_cheapest_of_every_room() -> 
 def test_of_a_tenth_of_a_room_the_first_case_is_quick() -> None:
     room = {f"a/t.py::f{n}": Cost(QUICK_CASE + 0.01 * n + 0.01) for n in range(20)}
     assert quick_functions([*room], room) == {"a/t.py::f0", "a/t.py::f1"}
+
+
+def test_what_results_rest_on_may_cost_more() -> None:
+    core = [f"tests/mechanics/t.py::f{n}" for n in range(20)]
+    assert quick_functions(core, dict.fromkeys(core, Cost(QUICK_CORE_CASE))) == {*core}
+    assert len(quick_functions(core, dict.fromkeys(core, Cost(QUICK_CORE_CASE + 0.01)))) == 2
 
 
 def test_a_commit_has_other_cases_of_a_dear_family_than_the_next_one() -> None:
