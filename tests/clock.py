@@ -1,4 +1,5 @@
-"""Quiet seconds: core time as a multiple of a fixed loop, so that a cost means the same on any machine, busy or not."""
+"""Quiet seconds: core time divided by that of a fixed loop, so that costs of machines of different speed or load
+can be compared."""
 
 import os
 import statistics

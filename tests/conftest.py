@@ -20,8 +20,8 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 hypothesis.settings.register_profile("patient", deadline=None)
 hypothesis.settings.load_profile("patient")
 
-# Tests of machine code, or of many steps. All others are about what is computed, whatever the code looks like: theirs
-# is made in a fifth of the time.
+# Tests of machine code, or of many steps. All others are about values, which do not depend on optimisation: they
+# compile scalar code without it, which is faster.
 CODE = ("tests/compiler/", "tests/process/test_", "tests/documents/test_accuracy.py", "tests/oracles/paper/")
 
 

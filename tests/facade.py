@@ -1,4 +1,4 @@
-"""The names of lienumba's inside that most tests need: where a module moves, one line changes here."""
+"""Names of internal modules that most tests import: when a module moves, only this file changes."""
 
 from lienumba.cli import app as app
 from lienumba.errors import ScenarioError as ScenarioError

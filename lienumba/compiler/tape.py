@@ -14,7 +14,7 @@ from typing import Any
 from lienumba.compiler.series import FUNCTIONS
 from lienumba.compiler.symbols import Symbol, live, uncollected
 
-OFTEN = 12  # replays on floats that take as long as to compile the function
+REPLAYS_BEFORE_COMPILING = 12  # as many on floats take as long as compiling the function
 OPERATORS = {
     "+": "{} + {}", "-": "{} - {}", "*": "{} * {}", "neg": "-{}", "<": "{} < {}", "<=": "{} <= {}", "==": "{} == {}",
     "fma": "{2} + {0} * {1}", "fms": "{0} * {1} - {2}", "fnma": "{2} - {0} * {1}",
@@ -24,9 +24,8 @@ CALLS = {op: "divide" if op == "/" else op for op in FUNCTIONS if op not in OPER
 
 @dataclass
 class Tape:
-    """What a graph computes, for other numbers. constants: the first numbers; steps: an operation, and which numbers so
-    far it takes, or the array and row of an input; results: which numbers, of those with all steps, are the values;
-    replays: how many there were."""
+    """A recorded graph. constants: the first numbers; steps: each an operation with the positions of its operands, or
+    an input's array and row; results: positions of the values; replays: the number so far."""
 
     constants: list[Any]
     steps: list[tuple[str, Any]]
@@ -51,7 +50,7 @@ class Tape:
     def replayed(self, given: Callable[[str, int], Any]) -> list[Any]:
         """The values, where inputs are given(array, row)."""
         self.replays += 1
-        if self.replays > OFTEN:
+        if self.replays > REPLAYS_BEFORE_COMPILING:
             return self._function(given)
         known = list(self.constants)
         so_far = known.__getitem__
@@ -67,7 +66,7 @@ class Tape:
         return names["replay"]
 
     def _source(self) -> Iterator[str]:
-        """Of a function `replay`. A variable whose number no later step takes gets another one."""
+        """Yield the lines of a function `replay`; a variable is used again after the last step that reads it."""
         last = {n: step for step, (op, args) in enumerate(self.steps) if op != "input" for n in args}
         for n in self.results:
             last[n] = len(self.steps)

@@ -1,8 +1,8 @@
 """The type of a value in the text of kernels: a vector with one double per lane, or the double of one lane.
 
 A kernel of doubles runs its body for one lane after the other, on the same rows of W doubles, and gives the same bits.
-LLVM's fast instruction selection, which level 0 uses, knows no such vectors: doubles compile in a third of the time,
-and run slower. Tests use them.
+LLVM's fast instruction selection (level 0) does not support these vectors: doubles compile in a third of the time, and
+run slower. Tests use them.
 """
 
 from lienumba.compiler.rows import W

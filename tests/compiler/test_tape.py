@@ -18,7 +18,7 @@ KINDS = {"float": None, "array": (5,)}
 
 def assert_compiled_is_looped(values: list[Any], given: dict[tuple[str, int], Any], monkeypatch: Any) -> None:
     def replayed(often: float) -> list[Any]:
-        monkeypatch.setattr(tape, "OFTEN", often)
+        monkeypatch.setattr(tape, "REPLAYS_BEFORE_COMPILING", often)
         with np.errstate(all="ignore"):
             return Tape.of(values).replayed(lambda *place: given[place])
 

@@ -1,4 +1,4 @@
-"""Short simulations of the gallery that have every kernel and every driver between them, compared bit by bit."""
+"""Short runs of gallery scenarios that cover every kernel and driver, for comparisons of bits."""
 
 from dataclasses import fields, replace
 from typing import Any

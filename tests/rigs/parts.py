@@ -54,7 +54,7 @@ def sphere(
 
 
 def joint(name: str, kind: str, body: str, to: str = "ground", **keys: Any) -> Part:
-    """A joint of this type between a body and the ground, or another body."""
+    """A joint of this type between a body and the ground, or another body; `points` begins with that of `to`."""
     return {"name": name, "type": kind, "bodies": [to, body]} | keys
 
 
@@ -67,8 +67,8 @@ def frames(axis: list[Any], first: Vector = ORIGIN, second: Vector = ORIGIN) -> 
     """Keys of a joint whose place and axis are given in both bodies, with references across the axis."""
     return {
         "points": [list(first), list(second)],
-        "axes": [list(axis)] * 2,
-        "references": [list(Y if axis == X else X)] * 2,
+        "axes": [list(axis), list(axis)],
+        "references": [list(Y if list(axis) == X else X) for _ in range(2)],
     }
 
 
@@ -91,7 +91,7 @@ def dry(joint: str, coulomb: Any, static: Any, name: str = "dry", **keys: Any) -
 
 
 def observed(kind: str, *names: str) -> list[Part]:
-    """One quantity of this type for each joint (contact, limit), under the name of that."""
+    """A quantity of this type for each named joint, contact or limit, with its name."""
     return [{"name": name, "type": kind, kind: name} for name in names]
 
 

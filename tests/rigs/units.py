@@ -1,4 +1,4 @@
-"""Mechanisms written in metres, kilograms and seconds that may count anything."""
+"""Mechanisms expressed in any system of units."""
 
 from dataclasses import dataclass
 from math import prod

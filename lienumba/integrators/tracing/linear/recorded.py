@@ -1,5 +1,5 @@
-"""The memo of recorded equations: those of one structure are recorded and differentiated once in a process, whatever
-numbers it has; so are the parts of them that are looked at alone, and the functions that their tapes become."""
+"""The memo of recorded equations. Equations of one structure are recorded and differentiated once per process, for any
+numbers; the memo also holds their blocks (`only`) and compiled tapes."""
 
 from lienumba.compiler.memo import Memo, content
 from lienumba.integrators.tracing.compiled import key_of
@@ -8,11 +8,11 @@ from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.integrators.tracing.row_selection import UNIQUE
 from lienumba.keys.registry import Registry
 
-RECORDED: Memo[Equations] = Memo(4)  # kept in a process, those used last; a large one takes tens of MiB
+RECORDED: Memo[Equations] = Memo(4)  # the equations used last; large ones take tens of MiB
 
 
 def recorded(tracer: FreedomTracer, more: More) -> Equations:
-    """The equations of a mechanism; more: what is differentiated beside them, which is data."""
+    """Record the equations of a mechanism, or take them from the memo; more: what is differentiated beside them."""
     key = key_of(tracer.template, tracer.method, UNIQUE, False)
     if key is None:
         return Equations.of(tracer, more)
