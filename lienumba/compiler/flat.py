@@ -21,23 +21,29 @@ PASSES = 2  # over LLVM text with loops: of more no loop gets faster
 class Flat:
     """A routine that is called with arguments of Python's.
 
-    stored: the kinds of its arguments in a line, and behind it the object code.
+    stored: the kinds of its arguments in a line, and behind it the object code; address: of the function with the
+    arguments of ENTRY.
     """
 
     def __init__(self, name: str, stored: bytes) -> None:
         kinds, _, code = stored.partition(b"\n")
         self.name, self.kinds = name, kinds.decode()
         self._engine, addresses = native.load(code, [ENTRY])
-        self._call = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 2)(addresses[ENTRY])
+        self.address = addresses[ENTRY]
+        self._call = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 2)(self.address)
 
     def __call__(self, *arguments: Any) -> None:
+        whole, floats = self.packed(*arguments)
+        self._call(whole.ctypes.data, floats.ctypes.data)
+
+    def packed(self, *arguments: Any) -> tuple[np.ndarray, np.ndarray]:
+        """The arguments as the function reads them: int64, float64."""
         given: list[int] = []
         numbers: list[float] = []
         kinds = _pack(arguments, given, numbers)
         if kinds != self.kinds:
             raise TypeError(f"{self.name} takes {self.kinds}, but was given {kinds}")
-        whole, floats = np.array(given, np.int64), np.array(numbers, np.float64)
-        self._call(whole.ctypes.data, floats.ctypes.data)
+        return np.array(given, np.int64), np.array(numbers, np.float64)
 
 
 def kept(module: str, name: str) -> Flat:
