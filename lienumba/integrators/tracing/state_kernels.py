@@ -1,11 +1,12 @@
 """The kernels that look at one state, or correct it: velocity projection, selection of rows, what is stored."""
 
 from lienumba.compiler.emit import Kernel
+from lienumba.compiler.symbols import Graph
 from lienumba.integrators import codes, layout
 from lienumba.integrators.tracing import law_states
 from lienumba.integrators.tracing import observed as observing
 from lienumba.integrators.tracing.observed import needs_observed, reads_observed
-from lienumba.integrators.tracing.tracer import Tracer
+from lienumba.integrators.tracing.tracer import Posture, Tracer
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import SLIDE, STICK
@@ -138,22 +139,27 @@ def kick(tracer: Tracer) -> Kernel:
 def observe(tracer: Tracer) -> tuple[Kernel, dict[str, tuple[int, int]]]:
     graph, model = tracer.graph()
     posture, mask = tracer.now(graph, model)
-    now, reactions = posture.now, tracer.method.reactions
-    own = [quantities.joined(q.name, part.name) for q in model.quantities for part in quantities.parts(model, q)]
-    seen = Observation(model, now, lambda: observing.observed(tracer, graph, model, posture, mask))
-    named = tracer.shown(now)
-    for name, x in OUTPUT_VARIABLES.items():
-        if x.rows is not None and (reactions or not x.reaction):
-            named[name] = list(x.rows(seen))
-    if tracer.method.joint_coordinates:
-        named |= {name: list(x.rows(seen)) for name, x in JOINT_COORDINATES.items() if x.rows is not None}
-    named |= law_states.variables(model, now)
-    if tracer.augmented.switches:
-        named[MODE.name] = [where(mode.on > SLIDE, STICK, mode.on) for mode in now.modes.values()]
-    named |= quantities.observe(model, now, seen.observed if needs_observed(model, own) else None)
     observed: dict[str, tuple[int, int]] = {}
     outputs: list[Number] = []
-    for name, rows in named.items():
+    for name, rows in named(tracer, graph, model, posture, mask).items():
         observed[name] = (len(outputs), len(rows))
         outputs += rows
     return tracer.kernel("observe", outputs), observed
+
+
+def named(tracer: Tracer, graph: Graph, model: Model, posture: Posture, mask: list[Number]) -> dict[str, list[Number]]:
+    """What is stored beside the state, by variable."""
+    now, reactions = posture.now, tracer.method.reactions
+    own = [quantities.joined(q.name, part.name) for q in model.quantities for part in quantities.parts(model, q)]
+    seen = Observation(model, now, lambda: observing.observed(tracer, graph, model, posture, mask))
+    found = tracer.shown(now)
+    for name, x in OUTPUT_VARIABLES.items():
+        if x.rows is not None and (reactions or not x.reaction):
+            found[name] = list(x.rows(seen))
+    if tracer.method.joint_coordinates:
+        found |= {name: list(x.rows(seen)) for name, x in JOINT_COORDINATES.items() if x.rows is not None}
+    found |= law_states.variables(model, now)
+    if tracer.augmented.switches:
+        found[MODE.name] = [where(mode.on > SLIDE, STICK, mode.on) for mode in now.modes.values()]
+    found |= quantities.observe(model, now, seen.observed if needs_observed(model, own) else None)
+    return found

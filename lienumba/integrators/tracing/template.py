@@ -39,3 +39,15 @@ def symbolic(template: Model, graph: Graph | None = None) -> tuple[Graph, Model]
         return graph.input("parameters", x.row) if isinstance(x, Slot) else x
 
     return graph, map_numbers(template, number, number)
+
+
+def leaves(model: Model) -> list[Any]:
+    """Every number of a model, and what its tables hold, in one order for a model and its template."""
+    found: list[Any] = []
+
+    def note(value: Any, structural: bool = False) -> Any:
+        found.append(value)
+        return value
+
+    map_numbers(model, note, note)
+    return found
