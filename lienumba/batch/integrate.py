@@ -1,5 +1,6 @@
 """The runs of one chunk, from arrays by run to a driver's rows of lanes, and back."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from time import thread_time
 from typing import Any, NamedTuple
@@ -153,14 +154,8 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
     machine, count = batch.machine, runs.stop - runs.start
     blocks = -(-count // W)
     own = {n: p.part(runs).rows() for n, p in enumerate(batch.parameters) if isinstance(p, RunNumbers)}
-    numbers = [_numbers(own.get(n, p), batch.runs, runs) for n, p in enumerate(batch.parameters)]
-    table = np.stack(numbers or [np.zeros(count)], axis=1)
-    parameters = aligned(blocks, machine.sizes.parameters, W)
-    parameters[:, : table.shape[1]] = _lanes(table, blocks)
-    prepare(machine, parameters)
-    states, jumps = _lanes(batch.states[runs], blocks), _discontinuities(batch, runs, blocks)
-    if batch.placed is not None:
-        read(machine, _lanes(batch.placed[runs], blocks), parameters, states)
+    states, parameters = begin(batch, runs, machine.sizes.parameters, own)
+    jumps = _discontinuities(batch, runs, blocks)
     records = aligned(blocks, len(batch.outputs), batch.record_rows, W)
     codes = _lanes(batch.codes[runs, None].astype(float), blocks)[:, 0].copy()
     drive = _queued if machine.queued else _together
@@ -189,6 +184,22 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
         runs, records, stopped, stopped_at, last, codes, ends, steps, rejected, times, counts, at_events, modes,
         changes, changed, lost, kept, rests, seconds,
     )  # fmt: skip
+
+
+def begin(batch: Batch, runs: slice, rows: int, own: Mapping[int, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """The states (blocks, state rows, W) in which these runs begin, and their parameters (blocks, `rows`, W), prepared;
+    own: of parameters of which each run has many, these."""
+    count = runs.stop - runs.start
+    blocks = -(-count // W)
+    numbers = [_numbers(own.get(n, p), batch.runs, runs) for n, p in enumerate(batch.parameters)]
+    table = np.stack(numbers or [np.zeros(count)], axis=1)
+    parameters = aligned(blocks, rows, W)
+    parameters[:, : table.shape[1]] = _lanes(table, blocks)
+    prepare(batch.machine, parameters)
+    states = _lanes(batch.states[runs], blocks)
+    if batch.placed is not None:
+        read(batch.machine, _lanes(batch.placed[runs], blocks), parameters, states)
+    return states, parameters
 
 
 class Told(NamedTuple):

@@ -38,6 +38,7 @@ def by_joints(resolved: Scenario) -> bool:
 
 
 def selection_of(resolved: Scenario, prepared: Prepared) -> "RowSelection":
+    """Which of the redundant rows of constraints the program uses."""
     from lienumba.integrators.tracing.row_selection import initial_selection
 
     nominal = prepared.nominal
