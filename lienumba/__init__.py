@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from lienumba.compiler.foreign.jitted import jit as jit
     from lienumba.compiler.foreign.libraries import foreign as foreign
     from lienumba.engine.disk.merge import merge as merge
+    from lienumba.engine.kernels.kernels import Kernels as Kernels
     from lienumba.engine.linear.equilibrium import equilibrium as equilibrium
     from lienumba.engine.linear.linearise import linearise as linearise
     from lienumba.engine.linear.modes import modes as modes
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 __all__ = [
+    "Kernels",
     "Prepared",
     "ScenarioError",
     "System",
@@ -45,6 +47,7 @@ __all__ = [
 ]
 
 _MODULES = {  # of what is heavy, which is imported when it is first asked for
+    "Kernels": "lienumba.engine.kernels.kernels",
     "Prepared": "lienumba.engine.prepared",
     "System": "lienumba.scenario.system",
     "batched": "lienumba.compiler.foreign.batched",

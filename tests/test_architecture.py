@@ -25,6 +25,7 @@ FLOORS = [
     {"compiler"},
     {"mechanics"},
     {"integrators"},
+    {"kernels"},
     {"batch"},
     {"reference"},
     {"sweep"},
@@ -60,7 +61,7 @@ INSIDE = {  # the floors of rooms, lowest first
         {"chunk_sizes", "compare_runs", "cores", "fields", "part", "progress", "requirements", "select_run"},
         {"programs", "results"},
         {"reference"},
-        {"memory", "simulate", "stopping"}, {"cluster", "disk", "linear", "replay", "study"},
+        {"kernels", "memory", "simulate", "stopping"}, {"cluster", "disk", "linear", "replay", "study"},
         {"runner", "prepared"}, {"checks", "rare"},
     ],
     "reference": [

@@ -20,6 +20,7 @@ from lienumba.words import listed, plural
 if TYPE_CHECKING:
     import xarray as xr
 
+    from lienumba.engine.kernels.kernels import Kernels
     from lienumba.engine.simulate import Progress
     from lienumba.scenario.start.prepare import Nominal
 
@@ -91,14 +92,47 @@ class Prepared:
         from lienumba.engine.simulate import Runs, Threads
 
         check_workers(workers)
-        resolved = self._with(dict(parameters or {}), samples)
-        labels = labels_of(runs, resolved.labels)
-        check_count(len(labels), len(resolved.data.sweep.vary))
-        nominal = self._start(resolved, labels)
+        resolved, labels, nominal = self._chosen(parameters, samples, runs)
         wanted = Runs(np.asarray(labels, np.int64), design(resolved, labels), nominal)
         results = self._results.with_numbers(resolved, nominal)
         threads = Threads(resolved, workers or usable_cores(), results=results)
         return in_memory(resolved, wanted, threads, _untold, results)
+
+    def kernels(self, observe: Sequence[str] = ()) -> "Kernels":
+        """Compile the mechanism into functions that code under Numba's `@njit` calls.
+
+        Parameters
+        ----------
+        observe : sequence of str
+            What the function `observe` evaluates: names of numbers that the dataset has over time, such as
+            "position.top.z".
+
+        Returns
+        -------
+        Kernels
+            Functions `step`, `rhs`, `equations`, `observe` and `prepare`, and methods that make their arguments.
+
+        Raises
+        ------
+        ScenarioError
+            If a step is more than a call: implicit methods, `taylor`, a tolerance, events, switched constraints,
+            sampled laws, noise, and functions of time with kinks; or if there is no such name.
+        """
+        from lienumba.engine.kernels.refusals import refuse
+
+        refuse(self._resolved, self._nominal)
+        from lienumba.engine.kernels.kernels import Kernels
+
+        return Kernels(self._resolved, self._nominal, self._chosen, tuple(observe))
+
+    def _chosen(
+        self, parameters: Mapping[str, Any] | None, samples: Any, runs: Sequence[int] | None
+    ) -> "tuple[Scenario, Sequence[int], Nominal]":
+        """The scenario with other numbers, its runs that are asked for, and its nominal start."""
+        resolved = self._with(dict(parameters or {}), samples)
+        labels = labels_of(runs, resolved.labels)
+        check_count(len(labels), len(resolved.data.sweep.vary))
+        return resolved, labels, self._start(resolved, labels)
 
     def _with(self, parameters: dict[str, Any], samples: Any) -> Scenario:
         """The scenario with these numbers."""

@@ -1,0 +1,1 @@
+"""A prepared scenario as functions for code under Numba's `@njit`."""

@@ -1,0 +1,243 @@
+"""Functions with which code under Numba's `@njit` steps and evaluates a compiled mechanism.
+
+They are the same for all mechanisms: addresses are in the workspace, an argument. So code that calls them may be cached
+(`cache=True`), and another process may call it for another mechanism. `lienumba.Kernels` makes their arguments.
+"""
+
+import hashlib
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit, types
+from numba.core.errors import TypingError
+from numba.extending import intrinsic
+
+from lienumba.compiler.rows import W
+
+# The head of a workspace: regions of int64, or of float64. In FACTS: what shows that it is one, rows of arrays,
+# addresses of routines and of kernels, and in which row the codes of a step are. In the others: arguments of the
+# routines of `lienumba.integrators.drivers.single_step`, as `lienumba.compiler.flat` packs them.
+REGION = 64
+FACTS, STEP, STEP_FLOATS, EVALUATE, EVALUATE_FLOATS, PREPARE, HEAD = range(0, 7 * REGION, REGION)
+(
+    SEAL, STATE_ROWS, PARAMETER_ROWS, RHS_ROWS, EQUATION_ROWS, OBSERVED_ROWS, STEPS, EVALUATES, PREPARES, RHS,
+    EQUATIONS, OBSERVE, CODES,
+) = range(13)  # fmt: skip
+KNOWN = int.from_bytes(hashlib.sha256(Path(__file__).read_bytes()).digest()[:7])  # of this version of the head
+CONTIGUOUS = "state, parameters, out: must be contiguous arrays (rows, 8) of float64; give such as states[block]"
+
+
+class RightHandSide(NamedTuple):
+    """What `rhs` fills: views of `rows`, the last dimension being that of the 8 runs of a block.
+
+    a (6 k, 8): of each body the acceleration of its mass centre (m/s^2, global) and its angular acceleration (rad/s^2,
+    body frame). multipliers (m, 8): lambda of every row of C (N or N m). rates (n, 8): with joint coordinates the
+    accelerations of the moves, in the order of their rates in a state.
+    """
+
+    rows: np.ndarray
+    a: np.ndarray
+    multipliers: np.ndarray
+    rates: np.ndarray
+
+
+class Equations(NamedTuple):
+    """What `equations` fills, of M a + C^T lambda = Q and C a = xi: views of `rows`, the last dimension being that of
+    the 8 runs of a block. M (6 k, 6 k, 8), C (m, 6 k, 8), Q (6 k, 8), xi (m, 8), with a as in `RightHandSide`."""
+
+    rows: np.ndarray
+    M: np.ndarray
+    C: np.ndarray
+    Q: np.ndarray
+    xi: np.ndarray
+
+
+@intrinsic
+def _call(typing: Any, routine: Any, whole: Any, floats: Any) -> Any:
+    """Call the routine at an address with the addresses of its packed arguments."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        from llvmlite import ir
+
+        number = ir.IntType(64)
+        kind = ir.FunctionType(ir.VoidType(), [number, number])
+        builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, types.int64), code
+
+
+@intrinsic
+def _address(typing: Any, x: Any) -> Any:
+    """The address of an array's first number."""
+    if not (isinstance(x, types.Array) and x.ndim == 2 and x.dtype == types.float64 and x.layout == "C"):
+        raise TypingError(CONTIGUOUS)
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        array = context.make_array(x)(context, builder, arguments[0])
+        return builder.ptrtoint(array.data, context.get_value_type(types.int64))
+
+    return types.int64(x), code
+
+
+@njit(error_model="numpy")
+def _head(workspace: Any) -> Any:
+    given = workspace.view(np.int64)
+    if workspace.size < HEAD or given[SEAL] != KNOWN:
+        raise ValueError(
+            "workspace: was not made by this version of lienumba; take Kernels.workspace(), and delete caches"
+        )
+    return given
+
+
+@njit(error_model="numpy")
+def _check(x: Any, rows: int) -> None:
+    if x.shape[0] < rows or x.shape[1] != W:
+        raise ValueError(
+            "state, parameters, out: has too few rows, or not 8 columns; take the arrays of this mechanism"
+        )
+
+
+@njit(error_model="numpy")
+def _evaluate(workspace: Any, which: int, state: Any, parameters: Any, t: float, out: Any) -> None:
+    given = _head(workspace)
+    _check(state, given[STATE_ROWS])
+    _check(parameters, given[PARAMETER_ROWS])
+    _check(out, given[RHS_ROWS + which - RHS])
+    given[EVALUATE] = _address(state)
+    given[EVALUATE + 1] = _address(parameters)
+    given[EVALUATE + 2] = _address(out)
+    given[EVALUATE + 3] = given[which]
+    workspace[EVALUATE_FLOATS] = t
+    base = workspace.ctypes.data
+    _call(given[EVALUATES], base + 8 * EVALUATE, base + 8 * EVALUATE_FLOATS)
+
+
+@njit(error_model="numpy")
+def step(workspace: Any, state: Any, parameters: Any, t: float, h: float) -> int:
+    """Advance a block of 8 runs by one step, with the projections of the scenario.
+
+    Loops over n with t = n*h give the bits of `lienumba.run`.
+
+    Parameters
+    ----------
+    workspace : ndarray
+        Of `Kernels.workspace`; each thread needs its own.
+    state : ndarray (rows, 8)
+        The state of each run, which is replaced by that after the step.
+    parameters : ndarray (rows, 8)
+        The parameters of each run.
+    t : float
+        The time at which the step begins (s).
+    h : float
+        Its length (s).
+
+    Returns
+    -------
+    int
+        0, or a number with bit n set where the step of run n of the block has failed. Such a run keeps its state.
+
+    Raises
+    ------
+    ValueError
+        If the workspace or an array is not of this mechanism.
+    """
+    given = _head(workspace)
+    _check(state, given[STATE_ROWS])
+    _check(parameters, given[PARAMETER_ROWS])
+    n = np.rint(t / h)
+    given[STEP] = _address(state)
+    given[STEP + 1] = _address(parameters)
+    workspace[STEP_FLOATS] = t
+    workspace[STEP_FLOATS + 1] = h
+    workspace[STEP_FLOATS + 2] = (n + 1.0) * h if n * h == t else t + h
+    base = workspace.ctypes.data
+    _call(given[STEPS], base + 8 * STEP, base + 8 * STEP_FLOATS)
+    failed, codes = 0, given[CODES]
+    for lane in range(W):
+        if workspace[codes + lane] != 0.0:
+            failed |= 1 << lane
+    return failed
+
+
+@njit(error_model="numpy")
+def rhs(workspace: Any, state: Any, parameters: Any, t: float, out: RightHandSide) -> None:
+    """Evaluate accelerations and multipliers of a block of 8 runs.
+
+    Parameters
+    ----------
+    workspace, state, parameters, t
+        As of `step`; the state stays as it is.
+    out : RightHandSide
+        Of `Kernels.right_hand_side`, which is filled.
+
+    Raises
+    ------
+    ValueError
+        If the workspace or an array is not of this mechanism.
+    """
+    _evaluate(workspace, RHS, state, parameters, t, out.rows)
+
+
+@njit(error_model="numpy")
+def equations(workspace: Any, state: Any, parameters: Any, t: float, out: Equations) -> None:
+    """Evaluate M, C, Q and xi of a block of 8 runs.
+
+    Parameters
+    ----------
+    workspace, state, parameters, t
+        As of `step`; the state stays as it is.
+    out : Equations
+        Of `Kernels.equation_arrays`, which is filled.
+
+    Raises
+    ------
+    ValueError
+        If the workspace or an array is not of this mechanism.
+    """
+    _evaluate(workspace, EQUATIONS, state, parameters, t, out.rows)
+
+
+@njit(error_model="numpy")
+def observe(workspace: Any, state: Any, parameters: Any, t: float, out: Any) -> None:
+    """Evaluate the output variables that `Prepared.kernels` was asked for, of a block of 8 runs.
+
+    Parameters
+    ----------
+    workspace, state, parameters, t
+        As of `step`; the state stays as it is.
+    out : ndarray (names, 8)
+        One row for each name, which is filled.
+
+    Raises
+    ------
+    ValueError
+        If the workspace or an array is not of this mechanism.
+    """
+    if _head(workspace)[OBSERVE] == 0:
+        raise ValueError("observe: was asked for nothing; name variables when you make the kernels")
+    _evaluate(workspace, OBSERVE, state, parameters, t, out)
+
+
+@njit(error_model="numpy")
+def prepare(workspace: Any, parameters: Any) -> None:
+    """Compute what depends on parameters alone; to be called after a row of them has changed.
+
+    Parameters
+    ----------
+    workspace : ndarray
+        As of `step`.
+    parameters : ndarray (rows, 8)
+        The parameters of a block, whose last rows are filled.
+
+    Raises
+    ------
+    ValueError
+        If the workspace or the array is not of this mechanism.
+    """
+    given = _head(workspace)
+    _check(parameters, given[PARAMETER_ROWS])
+    given[PREPARE] = _address(parameters)
+    base = workspace.ctypes.data
+    _call(given[PREPARES], base + 8 * PREPARE, 0)
