@@ -25,15 +25,25 @@ FACTS, STEP, STEP_FLOATS, EVALUATE, EVALUATE_FLOATS, PREPARE, HEAD = range(0, 7 
     EQUATIONS, OBSERVE, CODES,
 ) = range(13)  # fmt: skip
 KNOWN = int.from_bytes(hashlib.sha256(Path(__file__).read_bytes()).digest()[:7])  # of this version of the head
-CONTIGUOUS = "state, parameters, out: must be contiguous arrays (rows, 8) of float64; give such as states[block]"
+CONTIGUOUS = "workspace, state, parameters, out: must be contiguous arrays of float64; give such as states[block]"
 
 
 class RightHandSide(NamedTuple):
-    """What `rhs` fills: views of `rows`, the last dimension being that of the 8 runs of a block.
+    """What `rhs` fills, for a mechanism of k bodies and m rows of C.
 
-    a (6 k, 8): of each body the acceleration of its mass centre (m/s^2, global) and its angular acceleration (rad/s^2,
-    body frame). multipliers (m, 8): lambda of every row of C (N or N m). rates (n, 8): with joint coordinates the
-    accelerations of the moves, in the order of their rates in a state.
+    The last dimension is that of the runs of a block.
+
+    Parameters
+    ----------
+    rows : ndarray (6 k + m + n, 8)
+        All numbers; the others are views of it.
+    a : ndarray (6 k, 8)
+        Of each body the acceleration of its mass centre (m/s^2, global) and its angular acceleration (rad/s^2, body
+        frame).
+    multipliers : ndarray (m, 8)
+        lambda of every row of C (N, or N m).
+    rates : ndarray (n, 8)
+        With joint coordinates the accelerations of the n moves, in the order of their rates in a state.
     """
 
     rows: np.ndarray
@@ -43,8 +53,23 @@ class RightHandSide(NamedTuple):
 
 
 class Equations(NamedTuple):
-    """What `equations` fills, of M a + C^T lambda = Q and C a = xi: views of `rows`, the last dimension being that of
-    the 8 runs of a block. M (6 k, 6 k, 8), C (m, 6 k, 8), Q (6 k, 8), xi (m, 8), with a as in `RightHandSide`."""
+    """What `equations` fills, for a mechanism of k bodies and m rows of C.
+
+    M a + C^T lambda = Q and C a = xi, with a as in `RightHandSide`. The last dimension is that of the runs of a block.
+
+    Parameters
+    ----------
+    rows : ndarray (36 k k + 6 k m + 6 k + m, 8)
+        All numbers; the others are views of it.
+    M : ndarray (6 k, 6 k, 8)
+        The mass matrix (kg, kg m^2).
+    C : ndarray (m, 6 k, 8)
+        The Jacobian of the constraints.
+    Q : ndarray (6 k, 8)
+        The loads of each body: force (N, global) and torque (N m, body frame), with weight and gyroscopic torque.
+    xi : ndarray (m, 8)
+        The right-hand side of the accelerations.
+    """
 
     rows: np.ndarray
     M: np.ndarray
@@ -71,7 +96,7 @@ def _call(typing: Any, routine: Any, whole: Any, floats: Any) -> Any:
 @intrinsic
 def _address(typing: Any, x: Any) -> Any:
     """The address of an array's first number."""
-    if not (isinstance(x, types.Array) and x.ndim == 2 and x.dtype == types.float64 and x.layout == "C"):
+    if not (isinstance(x, types.Array) and x.dtype == types.float64 and x.layout == "C"):
         raise TypingError(CONTIGUOUS)
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -81,37 +106,63 @@ def _address(typing: Any, x: Any) -> Any:
     return types.int64(x), code
 
 
+@intrinsic
+def _get(typing: Any, base: Any, place: Any) -> Any:
+    """A whole number of the head at an address: views of arrays would be counted references, which cost more."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.load(_pointer(builder, arguments, context.get_value_type(types.int64)))
+
+    return types.int64(types.int64, types.int64), code
+
+
+@intrinsic
+def _put(typing: Any, base: Any, place: Any, value: Any) -> Any:
+    """Write a number into the head at an address."""
+    kind = types.float64 if isinstance(value, types.Float) else types.int64
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        builder.store(arguments[2], _pointer(builder, arguments, context.get_value_type(kind)))
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, kind), code
+
+
+def _pointer(builder: Any, arguments: Any, kind: Any) -> Any:
+    """To the number at a place behind an address."""
+    return builder.gep(builder.inttoptr(arguments[0], kind.as_pointer()), [arguments[1]])
+
+
 @njit(error_model="numpy")
-def _head(workspace: Any) -> Any:
-    given = workspace.view(np.int64)
-    if workspace.size < HEAD or given[SEAL] != KNOWN:
+def _head(workspace: Any) -> int:
+    """The address of a workspace."""
+    base = _address(workspace)
+    if workspace.size < HEAD or _get(base, SEAL) != KNOWN:
         raise ValueError(
-            "workspace: was not made by this version of lienumba; take Kernels.workspace(), and delete caches"
+            "workspace: was not made by this version of lienumba; take Kernels.workspace(), and delete caches of Numba"
         )
-    return given
+    return base
 
 
 @njit(error_model="numpy")
-def _check(x: Any, rows: int) -> None:
-    if x.shape[0] < rows or x.shape[1] != W:
+def _block(x: Any, rows: int) -> int:
+    """The address of an array of a block."""
+    if x.ndim != 2 or x.shape[0] < rows or x.shape[-1] != W:
         raise ValueError(
             "state, parameters, out: has too few rows, or not 8 columns; take the arrays of this mechanism"
         )
+    return _address(x)
 
 
 @njit(error_model="numpy")
 def _evaluate(workspace: Any, which: int, state: Any, parameters: Any, t: float, out: Any) -> None:
-    given = _head(workspace)
-    _check(state, given[STATE_ROWS])
-    _check(parameters, given[PARAMETER_ROWS])
-    _check(out, given[RHS_ROWS + which - RHS])
-    given[EVALUATE] = _address(state)
-    given[EVALUATE + 1] = _address(parameters)
-    given[EVALUATE + 2] = _address(out)
-    given[EVALUATE + 3] = given[which]
-    workspace[EVALUATE_FLOATS] = t
-    base = workspace.ctypes.data
-    _call(given[EVALUATES], base + 8 * EVALUATE, base + 8 * EVALUATE_FLOATS)
+    base = _head(workspace)
+    _put(base, EVALUATE, _block(state, _get(base, STATE_ROWS)))
+    _put(base, EVALUATE + 1, _block(parameters, _get(base, PARAMETER_ROWS)))
+    _put(base, EVALUATE + 2, _block(out, _get(base, RHS_ROWS + which - RHS)))
+    _put(base, EVALUATE + 3, _get(base, which))
+    _put(base, EVALUATE_FLOATS, float(t))
+    _call(_get(base, EVALUATES), base + 8 * EVALUATE, base + 8 * EVALUATE_FLOATS)
 
 
 @njit(error_model="numpy")
@@ -143,21 +194,20 @@ def step(workspace: Any, state: Any, parameters: Any, t: float, h: float) -> int
     ValueError
         If the workspace or an array is not of this mechanism.
     """
-    given = _head(workspace)
-    _check(state, given[STATE_ROWS])
-    _check(parameters, given[PARAMETER_ROWS])
-    n = np.rint(t / h)
-    given[STEP] = _address(state)
-    given[STEP + 1] = _address(parameters)
-    workspace[STEP_FLOATS] = t
-    workspace[STEP_FLOATS + 1] = h
-    workspace[STEP_FLOATS + 2] = (n + 1.0) * h if n * h == t else t + h
-    base = workspace.ctypes.data
-    _call(given[STEPS], base + 8 * STEP, base + 8 * STEP_FLOATS)
-    failed, codes = 0, given[CODES]
+    base, n = _head(workspace), np.rint(t / h)
+    _put(base, STEP, _block(state, _get(base, STATE_ROWS)))
+    _put(base, STEP + 1, _block(parameters, _get(base, PARAMETER_ROWS)))
+    _put(base, STEP_FLOATS, float(t))
+    _put(base, STEP_FLOATS + 1, float(h))
+    _put(base, STEP_FLOATS + 2, (n + 1.0) * h if n * h == t else t + h)
+    _call(_get(base, STEPS), base + 8 * STEP, base + 8 * STEP_FLOATS)
+    codes, some = _get(base, CODES), 0
     for lane in range(W):
-        if workspace[codes + lane] != 0.0:
-            failed |= 1 << lane
+        some |= _get(base, codes + lane)  # the bits of a double, which are 0 where the code is
+    failed = 0
+    if some != 0:
+        for lane in range(W):
+            failed |= (_get(base, codes + lane) != 0) << lane
     return failed
 
 
@@ -215,7 +265,7 @@ def observe(workspace: Any, state: Any, parameters: Any, t: float, out: Any) -> 
     ValueError
         If the workspace or an array is not of this mechanism.
     """
-    if _head(workspace)[OBSERVE] == 0:
+    if _get(_head(workspace), OBSERVE) == 0:
         raise ValueError("observe: was asked for nothing; name variables when you make the kernels")
     _evaluate(workspace, OBSERVE, state, parameters, t, out)
 
@@ -236,8 +286,6 @@ def prepare(workspace: Any, parameters: Any) -> None:
     ValueError
         If the workspace or the array is not of this mechanism.
     """
-    given = _head(workspace)
-    _check(parameters, given[PARAMETER_ROWS])
-    given[PREPARE] = _address(parameters)
-    base = workspace.ctypes.data
-    _call(given[PREPARES], base + 8 * PREPARE, 0)
+    base = _head(workspace)
+    _put(base, PREPARE, _block(parameters, _get(base, PARAMETER_ROWS)))
+    _call(_get(base, PREPARES), base + 8 * PREPARE, 0)

@@ -64,6 +64,12 @@ class Kernel:
         moved.first_hoisted, moved.hoisted = row, {id_: row + n for n, id_ in enumerate(self.hoisted)}
         return moved
 
+    @property
+    def hoists(self) -> set[int]:
+        """The rows of parameters on which its invariants depend."""
+        computed = (node for node in self.order if node.invariant and node.op != "input")
+        return {x.args[1] for node in computed for x in node.args if _is_input(x)}
+
     def counts(self) -> dict[str, int]:
         """Operations of one evaluation; invariants are not counted."""
         return operation_counts([n for n in self.order if not n.invariant])

@@ -159,9 +159,15 @@ def test_a_row_that_changes_is_the_number_of_its_path(loop: Any) -> None:
     k = ready.kernels(observe=["position.pole.x", "position.pole.z"])
     x, p = k.start()
     workspace = k.workspace()
-    for path, value in (("parameters.force", 2.5), ("bodies.pole.mass", 0.3), ("gravity[2]", -3.0)):
+    for path, value in (("bodies.pole.mass", 0.3), ("gravity[2]", -3.0)):
         p[:, k.row(path)] = value
         loop.renew(workspace, p)
+    p[:, k.row("parameters.force")] = 2.5
+    r = k.right_hand_side()
+    k.rhs(workspace, x[0], p[0], 0.0, r)
+    assert np.allclose(r.rates[0], r.a[0], rtol=1e-12)  # along the rail
+    assert np.allclose(abs(r.rates[1]), abs(r.a[10]), rtol=1e-12)  # about the pin
+    assert [k.needs_prepare(x) for x in ("parameters.force", "bodies.pole.mass")] == [False, True]
     assert loop.march(workspace, x, p, 0, 20, 0.01) == 0
     changed = {"parameters.force": 2.5, "bodies.pole.mass": 0.3, "gravity[2]": -3.0}
     ds, found = ready.run(changed).isel(run=0, time=-1), of_runs(k, x, p, 0.2)

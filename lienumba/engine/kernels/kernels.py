@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lienumba import kernels as functions
-from lienumba.batch.integrate import Batch, begin
+from lienumba.batch.integrate import begin
 from lienumba.batch.statuses import SUCCESS
 from lienumba.compiler.flat import Flat, kept
-from lienumba.compiler.rows import ROW, W
-from lienumba.engine.kernels import rows
+from lienumba.compiler.rows import W
+from lienumba.engine.kernels import rows, workspace
 from lienumba.engine.programs import batch_of, compiled_of, method_of, selection_of
 from lienumba.engine.results import Results
 from lienumba.errors import ScenarioError
@@ -20,6 +20,7 @@ from lienumba.integrators.tracing.evaluating.kernels import compiled
 from lienumba.integrators.tracing.machine import ALIGNMENT, aligned
 from lienumba.integrators.tracing.template import leaves, split
 from lienumba.kernels import Equations, RightHandSide
+from lienumba.mechanics.mechanism.tables import Numbers
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Nominal, Prepared, prepare
 
@@ -76,7 +77,7 @@ class Kernels:
         self._hoisting = np.array(self._evaluating.prepares, np.int64)
         self._prepares = np.array([*self._machine.prepares, *self._hoisting], np.int64)
         self.state_rows, self.observed = layout.state_rows(self._machine.sizes), tuple(observe)
-        self._batches: list[Batch] = []  # what parameters have the addresses of
+        self._tables: list[Numbers] = []  # of which parameters have the addresses
 
     def start(
         self,
@@ -115,7 +116,7 @@ class Kernels:
                 "name what varies in sweep.vary, or give such numbers when you prepare",
             )
         batch = batch_of(resolved, prepared, self._outline, self._machine)
-        self._batches.append(batch)
+        self._tables += [x for x in batch.parameters if isinstance(x, Numbers)]
         found = Blocks(*begin(batch, slice(0, len(labels)), self._evaluating.parameters, {}))
         room = aligned(self._evaluating.work_rows, W)
         for block in found.parameters:
@@ -143,8 +144,10 @@ class Kernels:
         raw = np.frombuffer(memory)
         offset = (-raw.ctypes.data % ALIGNMENT) // 8
         found = raw[offset : offset + number * size].reshape(number, size)
-        for workspace in found:
-            self._fill(workspace)
+        for one in found:
+            workspace.write(
+                one, self._machine, self._evaluating, self._resolved.data.projection, self._routines, self._prepares
+            )
         return found if threads is not None else found[0]
 
     def right_hand_side(self) -> RightHandSide:
@@ -156,8 +159,8 @@ class Kernels:
             rows, and views of them: a (6 k, 8) of k bodies, multipliers (m, 8), and rates (n, 8).
         """
         k, m = 6 * self._evaluating.bodies, self._evaluating.constraints
-        rows = np.zeros((k + m + self._evaluating.rates, W))
-        return RightHandSide(rows, rows[:k], rows[k : k + m], rows[k + m :])
+        every = np.zeros((self._evaluating.rows["rhs"], W))
+        return RightHandSide(every, every[:k], every[k : k + m], every[k + m :])
 
     def equation_arrays(self) -> Equations:
         """Make what `equations` fills.
@@ -168,9 +171,9 @@ class Kernels:
             rows, and views of them: M (6 k, 6 k, 8) of k bodies, C (m, 6 k, 8), Q (6 k, 8) and xi (m, 8).
         """
         k, m = 6 * self._evaluating.bodies, self._evaluating.constraints
-        rows = np.zeros((k * k + m * k + k + m, W))
-        M, C, Q, xi = np.split(rows, np.cumsum([k * k, m * k, k]))
-        return Equations(rows, M.reshape(k, k, W), C.reshape(m, k, W), Q, xi)
+        every = np.zeros((self._evaluating.rows["equations"], W))
+        M, C, Q, xi = np.split(every, np.cumsum([k * k, m * k, k]))
+        return Equations(every, M.reshape(k, k, W), C.reshape(m, k, W), Q, xi)
 
     def row(self, name: str) -> int:
         """Find a number among the parameters of a block, or among the rows of its state.
@@ -184,16 +187,37 @@ class Kernels:
         Returns
         -------
         int
-            The row. After a change of parameters, `prepare` is to be called.
+            The row.
 
         Raises
         ------
         ScenarioError
-            If it is in no row, or if kernels have computed with it already.
+            If it is in no row, or if it decides about several numbers.
         """
         bodies = () if self._machine.kernels[layout.PLACE] else self._first.model.bodies
         found = rows.state_rows(bodies).get(name)
         return rows.parameter_row(self._resolved, self._first, name) if found is None else found
+
+    def needs_prepare(self, path: str) -> bool:
+        """Whether `prepare` has to be called after a change of a parameter.
+
+        Parameters
+        ----------
+        path : str
+            The path of a number that is in a row of parameters.
+
+        Returns
+        -------
+        bool
+            False where nothing is computed from it beforehand.
+
+        Raises
+        ------
+        ScenarioError
+            As of `row`.
+        """
+        row = rows.parameter_row(self._resolved, self._first, path)
+        return row in self._evaluating.hoists or row in self._outline.hoists
 
     @staticmethod
     def _shape_of(resolved: Scenario, prepared: Prepared) -> tuple[object, ...]:
@@ -201,32 +225,3 @@ class Kernels:
         selection = selection_of(resolved, prepared)
         numbers = leaves(split(prepared.model)[0])
         return numbers, selection.rows, selection.masks, selection.singular
-
-    def _fill(self, workspace: np.ndarray) -> None:
-        """Write the head of a workspace."""
-        machine, found, f = self._machine, self._evaluating, functions
-        regions, buffer = layout.workspace(machine.sizes), workspace[f.HEAD :].ctypes.data
-        at = layout.Workspace(*(buffer + ROW * row for row in regions))
-        limit, tolerance = self._resolved.data.projection.max_iterations, self._resolved.data.projection.tolerance
-        one = (0, 0, 0.0, 0.0, 0.0)
-        given = {
-            (f.STEP, f.STEP_FLOATS): self._routines["step"].packed(
-                one, machine.kernels, machine.nodes, machine.sizes, at, limit, tolerance
-            ),
-            (f.EVALUATE, f.EVALUATE_FLOATS): self._routines["evaluate"].packed(0, 0, 0, 0, at.clock, at.work, 0.0),
-            (f.PREPARE, f.PREPARE): self._routines["prepare"].packed(0, self._prepares, at.work),
-        }
-        head = workspace.view(np.int64)
-        for (whole, floats), (numbers, reals) in given.items():
-            workspace[floats : floats + len(reals)] = reals
-            head[whole : whole + len(numbers)] = numbers
-        facts = {
-            f.SEAL: f.KNOWN, f.STATE_ROWS: self.state_rows, f.PARAMETER_ROWS: found.parameters,
-            f.RHS_ROWS: len(self.right_hand_side().rows), f.EQUATION_ROWS: len(self.equation_arrays().rows),
-            f.OBSERVED_ROWS: len(self.observed), f.STEPS: self._routines["step"].address,
-            f.EVALUATES: self._routines["evaluate"].address, f.PREPARES: self._routines["prepare"].address,
-            f.RHS: found.addresses["rhs"], f.EQUATIONS: found.addresses["equations"],
-            f.OBSERVE: found.addresses.get("observe", 0), f.CODES: f.HEAD + W * (regions.lanes + layout.STATUS),
-        }  # fmt: skip
-        for place, fact in facts.items():
-            head[place] = fact

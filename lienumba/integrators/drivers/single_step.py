@@ -6,7 +6,7 @@
 from typing import NamedTuple
 
 from lienumba.compiler.lanes import Address, all_lanes, any_lane, call, choose, load, matrix, splat, store
-from lienumba.compiler.routines.marks import Floats1, Integers1
+from lienumba.compiler.routines.marks import Floats1, Integers1, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout, selection_table
 from lienumba.integrators.drivers import stages
@@ -27,6 +27,7 @@ class Step(NamedTuple):
     until: float
 
 
+@inlined
 def step(
     one: Step, kernels: Integers1, nodes: Floats1, sizes: Sizes, at: Workspace, limit: int, tolerance: float
 ) -> None:

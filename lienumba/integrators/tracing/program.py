@@ -71,7 +71,8 @@ ALIKE = ("velocity", "schur", "observe", "position", "chord", "place", "read")
 class Outline:
     """What is known of a program beside its kernels, all of it plain data, which is kept on disk. `nodes`: c of all
     stages; `observed`: name -> (first row, rows); `queued`: whether lanes have their own times; `switches`: see
-    `switches_of`; `held`: the rows of a state in which held numbers are; `integrands`: see `Tracer`."""
+    `switches_of`; `held`: the rows of a state in which held numbers are; `integrands`: see `Tracer`; `hoists`: the rows
+    of parameters on which hoisted ones depend."""
 
     sizes: Sizes
     augmented: AugmentedState
@@ -82,6 +83,7 @@ class Outline:
     switches: tuple[Switch, ...]
     held: tuple[int, ...]
     integrands: tuple[int, ...]
+    hoists: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -151,6 +153,7 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     for name in sorted(kernels, key=[*ALIKE, *kernels].index):
         kernels[name] = kernels[name].hoisted_from(rows)
         rows += len(kernels[name].hoisted)
+    hoists = {row for kernel in kernels.values() if isinstance(kernel, Kernel) for row in kernel.hoists}
     tracer.close()
     sizes = tracer.sizes._replace(
         chord=chord, observed=sum(count for _, count in observed.values()), parameters=max(rows, 1), series=series,
@@ -158,5 +161,5 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     return Program(
         sizes, tracer.augmented,
         tracer.law_states, tuple(float(sum(row, Fraction(0))) for row in tracer.tableau.stages), observed,
-        method.queued, tracer.augmented.switches, tracer.held(), tracer.integrands, kernels,
+        method.queued, tracer.augmented.switches, tracer.held(), tracer.integrands, tuple(sorted(hoists)), kernels,
     )  # fmt: skip

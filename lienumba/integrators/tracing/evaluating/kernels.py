@@ -24,17 +24,18 @@ Wanted = Sequence[tuple[str, int]]  # variables of the dataset, each with the nu
 
 @dataclass(frozen=True)
 class Evaluating:
-    """addresses: of each kernel; prepares: of the functions that fill hoisted rows; engines: which hold the code;
-    bodies, rates: how many there are, the latter 0 without joint coordinates; constraints: rows of C; parameters: rows
-    of them with what is hoisted; work_rows: that the kernels need for themselves."""
+    """addresses, rows: of each kernel, and of what it writes; prepares: addresses of the functions that fill hoisted
+    rows; engines: which hold the code; bodies, constraints: how many bodies there are, and rows of C; parameters: rows
+    of them with what is hoisted; hoists: those on which hoisted ones depend; work_rows: that the kernels need."""
 
     addresses: dict[str, int]
+    rows: dict[str, int]
     prepares: tuple[int, ...]
     engines: tuple[object, ...]
     bodies: int
     constraints: int
-    rates: int
     parameters: int
+    hoists: frozenset[int]
     work_rows: int
 
 
@@ -54,11 +55,13 @@ def compiled(model: Model, method: Method, selection: RowSelection, wanted: Want
         prepares.append(found[f"{kernel.name}_prepare"])
         engines.append(engine)
         work = max(work, moved.work_rows)
-    rates = tracer.velocities if isinstance(tracer, JointTracer) else 0
+    hoists = frozenset[int]().union(*(kernel.hoists for kernel in kernels))
+    bodies, constraints = tracer.k, tracer.structure.rows
+    n = 6 * bodies
+    rows = {kernel.name: len(kernel.outputs) for kernel in kernels}
+    rows["equations"] = (n + 1) * (n + constraints)
     tracer.close()
-    return Evaluating(
-        addresses, tuple(prepares), tuple(engines), tracer.k, tracer.structure.rows, rates, parameters, work
-    )
+    return Evaluating(addresses, rows, tuple(prepares), tuple(engines), bodies, constraints, parameters, hoists, work)
 
 
 def _rhs(tracer: Tracer) -> Kernel:
