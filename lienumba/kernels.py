@@ -107,6 +107,21 @@ def _address(typing: Any, x: Any) -> Any:
 
 
 @intrinsic
+def _rows(typing: Any, x: Any) -> Any:
+    """The length of an array's first dimension; -1 if a second one is not of 8 runs."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        shape = context.make_array(x)(context, builder, arguments[0]).shape
+        rows = builder.extract_value(shape, 0)
+        if x.ndim == 1:
+            return rows
+        fits = builder.icmp_signed("==", builder.extract_value(shape, x.ndim - 1), rows.type(W))
+        return builder.select(fits, rows, rows.type(-1))
+
+    return types.int64(x), code
+
+
+@intrinsic
 def _get(typing: Any, base: Any, place: Any) -> Any:
     """A whole number of the head at an address: views of arrays would be counted references, which cost more."""
 
@@ -133,39 +148,38 @@ def _pointer(builder: Any, arguments: Any, kind: Any) -> Any:
     return builder.gep(builder.inttoptr(arguments[0], kind.as_pointer()), [arguments[1]])
 
 
-@njit(error_model="numpy")
-def _head(workspace: Any) -> int:
-    """The address of a workspace."""
-    base = _address(workspace)
-    if workspace.size < HEAD or _get(base, SEAL) != KNOWN:
+@njit(error_model="numpy", forceinline=True)
+def _head(base: int, size: int) -> int:
+    """The address of a workspace. Functions pass on addresses only: arrays are counted references, and count at each
+    call."""
+    if size < HEAD or _get(base, SEAL) != KNOWN:
         raise ValueError(
             "workspace: was not made by this version of lienumba; take Kernels.workspace(), and delete caches of Numba"
         )
     return base
 
 
-@njit(error_model="numpy")
-def _block(x: Any, rows: int) -> int:
+@njit(error_model="numpy", forceinline=True)
+def _block(address: int, rows: int, needed: int) -> int:
     """The address of an array of a block."""
-    if x.ndim != 2 or x.shape[0] < rows or x.shape[-1] != W:
+    if rows < needed:
         raise ValueError(
             "state, parameters, out: has too few rows, or not 8 columns; take the arrays of this mechanism"
         )
-    return _address(x)
+    return address
 
 
-@njit(error_model="numpy")
-def _evaluate(workspace: Any, which: int, state: Any, parameters: Any, t: float, out: Any) -> None:
-    base = _head(workspace)
-    _put(base, EVALUATE, _block(state, _get(base, STATE_ROWS)))
-    _put(base, EVALUATE + 1, _block(parameters, _get(base, PARAMETER_ROWS)))
-    _put(base, EVALUATE + 2, _block(out, _get(base, RHS_ROWS + which - RHS)))
+@njit(error_model="numpy", forceinline=True)
+def _evaluate(base: int, which: int, state: int, parameters: int, out: int, t: float) -> None:
+    _put(base, EVALUATE, state)
+    _put(base, EVALUATE + 1, parameters)
+    _put(base, EVALUATE + 2, out)
     _put(base, EVALUATE + 3, _get(base, which))
     _put(base, EVALUATE_FLOATS, float(t))
     _call(_get(base, EVALUATES), base + 8 * EVALUATE, base + 8 * EVALUATE_FLOATS)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def step(workspace: Any, state: Any, parameters: Any, t: float, h: float) -> int:
     """Advance a block of 8 runs by one step, with the projections of the scenario.
 
@@ -194,9 +208,9 @@ def step(workspace: Any, state: Any, parameters: Any, t: float, h: float) -> int
     ValueError
         If the workspace or an array is not of this mechanism.
     """
-    base, n = _head(workspace), np.rint(t / h)
-    _put(base, STEP, _block(state, _get(base, STATE_ROWS)))
-    _put(base, STEP + 1, _block(parameters, _get(base, PARAMETER_ROWS)))
+    base, n = _head(_address(workspace), _rows(workspace)), np.rint(t / h)
+    _put(base, STEP, _block(_address(state), _rows(state), _get(base, STATE_ROWS)))
+    _put(base, STEP + 1, _block(_address(parameters), _rows(parameters), _get(base, PARAMETER_ROWS)))
     _put(base, STEP_FLOATS, float(t))
     _put(base, STEP_FLOATS + 1, float(h))
     _put(base, STEP_FLOATS + 2, (n + 1.0) * h if n * h == t else t + h)
@@ -211,7 +225,7 @@ def step(workspace: Any, state: Any, parameters: Any, t: float, h: float) -> int
     return failed
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def rhs(workspace: Any, state: Any, parameters: Any, t: float, out: RightHandSide) -> None:
     """Evaluate accelerations and multipliers of a block of 8 runs.
 
@@ -227,10 +241,13 @@ def rhs(workspace: Any, state: Any, parameters: Any, t: float, out: RightHandSid
     ValueError
         If the workspace or an array is not of this mechanism.
     """
-    _evaluate(workspace, RHS, state, parameters, t, out.rows)
+    base = _head(_address(workspace), _rows(workspace))
+    x = _block(_address(state), _rows(state), _get(base, STATE_ROWS))
+    p = _block(_address(parameters), _rows(parameters), _get(base, PARAMETER_ROWS))
+    _evaluate(base, RHS, x, p, _block(_address(out.rows), _rows(out.rows), _get(base, RHS_ROWS)), t)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def equations(workspace: Any, state: Any, parameters: Any, t: float, out: Equations) -> None:
     """Evaluate M, C, Q and xi of a block of 8 runs.
 
@@ -246,10 +263,13 @@ def equations(workspace: Any, state: Any, parameters: Any, t: float, out: Equati
     ValueError
         If the workspace or an array is not of this mechanism.
     """
-    _evaluate(workspace, EQUATIONS, state, parameters, t, out.rows)
+    base = _head(_address(workspace), _rows(workspace))
+    x = _block(_address(state), _rows(state), _get(base, STATE_ROWS))
+    p = _block(_address(parameters), _rows(parameters), _get(base, PARAMETER_ROWS))
+    _evaluate(base, EQUATIONS, x, p, _block(_address(out.rows), _rows(out.rows), _get(base, EQUATION_ROWS)), t)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def observe(workspace: Any, state: Any, parameters: Any, t: float, out: Any) -> None:
     """Evaluate the output variables that `Prepared.kernels` was asked for, of a block of 8 runs.
 
@@ -265,12 +285,15 @@ def observe(workspace: Any, state: Any, parameters: Any, t: float, out: Any) -> 
     ValueError
         If the workspace or an array is not of this mechanism.
     """
-    if _get(_head(workspace), OBSERVE) == 0:
+    base = _head(_address(workspace), _rows(workspace))
+    if _get(base, OBSERVE) == 0:
         raise ValueError("observe: was asked for nothing; name variables when you make the kernels")
-    _evaluate(workspace, OBSERVE, state, parameters, t, out)
+    x = _block(_address(state), _rows(state), _get(base, STATE_ROWS))
+    p = _block(_address(parameters), _rows(parameters), _get(base, PARAMETER_ROWS))
+    _evaluate(base, OBSERVE, x, p, _block(_address(out), _rows(out), _get(base, OBSERVED_ROWS)), t)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def prepare(workspace: Any, parameters: Any) -> None:
     """Compute what depends on parameters alone; to be called after a row of them has changed.
 
@@ -286,6 +309,6 @@ def prepare(workspace: Any, parameters: Any) -> None:
     ValueError
         If the workspace or the array is not of this mechanism.
     """
-    base = _head(workspace)
-    _put(base, PREPARE, _block(parameters, _get(base, PARAMETER_ROWS)))
+    base = _head(_address(workspace), _rows(workspace))
+    _put(base, PREPARE, _block(_address(parameters), _rows(parameters), _get(base, PARAMETER_ROWS)))
     _call(_get(base, PREPARES), base + 8 * PREPARE, 0)
