@@ -25,7 +25,7 @@ from tests.costs import Cost, function_of
 # Costs in quiet s (tests/clock.py).
 QUICK_CASE = 0.05  # most that a first case in --quick costs,
 QUICK_CORE_CASE = 0.2  # and one of what the results rest on
-QUICK_FUNCTION = 0.03  # most that all quick cases of a function cost, if more than the first run
+QUICK_FUNCTION = 0.05  # most that all quick cases of a function cost, if more than the first run
 QUICK_SHARE = 0.1  # least part of a room's functions in --quick
 QUICK_DEAREST = 0.5  # most that a first case added for that share costs
 COMMIT_FUNCTION = 1.0  # most that the cases of a function in --commit cost, if more than two run
