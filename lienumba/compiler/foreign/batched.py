@@ -6,7 +6,6 @@ Kernels call it by its address, for the W runs of a block at a time. It always g
 import ctypes
 import functools
 import hashlib
-import inspect
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -18,35 +17,26 @@ import numpy as np
 
 from lienumba.compiler import native
 from lienumba.compiler.foreign import wrappers
-from lienumba.compiler.foreign.calls import KNOWN, PREFIX, TUPLES, Foreign, Function, flat
+from lienumba.compiler.foreign.calls import KNOWN, PREFIX, TUPLES, Foreign, PythonFunction
 from lienumba.compiler.foreign.identity import names_of
 from lienumba.compiler.rows import W
 from lienumba.errors import BadValueError
 
 ADDRESSED = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)
-NUMBER = 0  # the size of an argument that is no tuple
 
 _made: Counter[str] = Counter()  # how many functions of a name there are in this process
 _kept: list[Any] = []  # what machine code calls
 
 
-class Batched(Function):
-    """A function of Python that gets arrays of runs, see `batched`. `py_func`: the function as it is written."""
+class Batched(PythonFunction):
+    """A function of Python that gets arrays of runs, see `batched`."""
 
     def __init__(self, function: FunctionType, outputs: int) -> None:
-        functools.update_wrapper(self, function)
-        self.py_func, self.outputs = function, outputs
-        self._signature = inspect.signature(function)
+        super().__init__(function)
+        self.outputs = outputs
         name = f"{function.__module__}.{function.__qualname__}"
         self._name = f"{name} {_made[name]}"
         _made[name] += 1
-
-    def __call__(self, *arguments: object, **named: object) -> Any:
-        """Its outputs: symbols of the graph of its arguments, or on floats and arrays of runs numbers like them."""
-        bound = self._signature.bind(*arguments, **named)
-        bound.apply_defaults()
-        numbers = flat(self.__name__, bound.args)
-        return self._compiled([len(x) if isinstance(x, TUPLES) else NUMBER for x in bound.args]).called(numbers)
 
     def identity(self) -> str:
         """Return a digest of the numbers, texts and arrays of its module that it reads. The scenario has its text."""
@@ -55,8 +45,8 @@ class Batched(Function):
             digest.update(said + b"\0")
         return digest.hexdigest()
 
-    def _compiled(self, sizes: Sequence[int]) -> Foreign:
-        """Return the function for arguments of these sizes (0 for a number, n for a tuple of n)."""
+    def compiled(self, sizes: Sequence[int]) -> Foreign:
+        """The function behind an address of this process."""
         said = f"{self._name} {self.outputs} {sizes}"  # of a process; object code says nothing else of the function
         symbol = PREFIX + hashlib.sha256(said.encode()).hexdigest()[:32]
         if symbol not in KNOWN:

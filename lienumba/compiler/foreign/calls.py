@@ -7,10 +7,13 @@ with the symbol and the arguments, and each output is a node `part`. Nothing is 
 """
 
 import ctypes
+import functools
+import inspect
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
+from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -25,6 +28,7 @@ PREFIX = "lienumba_call_"  # of every symbol
 DECLARATION = "declare i32 @{}(ptr, ptr, ptr, ptr, i64)\n"
 TRACED = "write it with the functions of lienumba.laws, so that it is traced"
 TUPLES = (tuple, list, Vector)
+NUMBER = 0  # the size of an argument that is no tuple
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,26 @@ class Function:
 
     def identity(self) -> str:
         """Return what determines its outputs, as far as that is known."""
+        raise NotImplementedError
+
+
+class PythonFunction(Function):
+    """One that is written in Python. `py_func`: the function as it is written."""
+
+    def __init__(self, function: FunctionType) -> None:
+        functools.update_wrapper(self, function)
+        self.py_func = function
+        self._signature = inspect.signature(function)
+
+    def __call__(self, *arguments: object, **named: object) -> Any:
+        """Its outputs: symbols of the graph of its arguments, or on floats and arrays of runs numbers like them."""
+        bound = self._signature.bind(*arguments, **named)
+        bound.apply_defaults()
+        numbers = flat(self.__name__, bound.args)
+        return self.compiled([len(x) if isinstance(x, TUPLES) else NUMBER for x in bound.args]).called(numbers)
+
+    def compiled(self, sizes: Sequence[int]) -> Foreign:
+        """Return what kernels call for arguments of these sizes (0 for a number, n for a tuple of n)."""
         raise NotImplementedError
 
 

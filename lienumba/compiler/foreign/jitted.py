@@ -15,28 +15,15 @@ from types import FunctionType
 from typing import Any
 
 from lienumba.compiler import cache, native
-from lienumba.compiler.foreign.calls import KNOWN, PREFIX, TUPLES, Foreign, Function, flat
+from lienumba.compiler.foreign.calls import KNOWN, PREFIX, Foreign, PythonFunction
 from lienumba.compiler.foreign.identity import identity
 from lienumba.errors import BadValueError
 
 SOURCES = ("compiler/foreign", "compiler/jit.py", "groups", "numerics")  # of lienumba, that decide about a text
-NUMBER = 0  # the size of an argument that is no tuple
 
 
-class Jitted(Function):
-    """A function that Numba compiles, see `jit`. `py_func`: the function as it is written."""
-
-    def __init__(self, function: FunctionType) -> None:
-        functools.update_wrapper(self, function)
-        self.py_func = function
-        self._signature = inspect.signature(function)
-
-    def __call__(self, *arguments: object, **named: object) -> Any:
-        """Its outputs: symbols of the graph of its arguments, or on floats and arrays of runs numbers like them."""
-        bound = self._signature.bind(*arguments, **named)
-        bound.apply_defaults()
-        numbers = flat(self.__name__, bound.args)
-        return self.compiled([len(x) if isinstance(x, TUPLES) else NUMBER for x in bound.args]).called(numbers)
+class Jitted(PythonFunction):
+    """A function that Numba compiles, see `jit`."""
 
     def identity(self) -> str:
         """What it does: its bytecode, all that it reads, and Numba's version."""

@@ -24,11 +24,7 @@ from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.words import listed, printable, readable, suggestion
 
 PYTHON = "python"
-UNTRACED = (
-    "jit",
-    "foreign",
-    "batched",
-)  # the decorators and functions of lienumba that make functions that are not traced
+UNTRACED = ("jit", "foreign", "batched")  # of lienumba: they make functions that are not traced
 TRUST = "nothing of it was run; read it, and if you trust it, give --allow-code (allow_code=True)"
 
 

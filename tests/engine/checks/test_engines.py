@@ -1,4 +1,4 @@
-"""Two engines on the same samples: how their differences are told, and what is compared."""
+"""Comparisons of two engines on the same samples."""
 
 import numpy as np
 import pytest
