@@ -170,10 +170,11 @@ def _block(address: int, rows: int, needed: int) -> int:
 
 
 @njit(error_model="numpy", forceinline=True)
-def _evaluate(base: int, which: int, state: int, parameters: int, out: int, t: float) -> None:
-    _put(base, EVALUATE, state)
-    _put(base, EVALUATE + 1, parameters)
-    _put(base, EVALUATE + 2, out)
+def _evaluate(base: int, state: Any, parameters: Any, t: float, which: int, rows: int, out: Any) -> None:
+    """Fill an array that has as many rows as the head of the workspace says at `rows`."""
+    _put(base, EVALUATE, _block(_address(state), _rows(state), _get(base, STATE_ROWS)))
+    _put(base, EVALUATE + 1, _block(_address(parameters), _rows(parameters), _get(base, PARAMETER_ROWS)))
+    _put(base, EVALUATE + 2, _block(_address(out), _rows(out), _get(base, rows)))
     _put(base, EVALUATE + 3, _get(base, which))
     _put(base, EVALUATE_FLOATS, float(t))
     _call(_get(base, EVALUATES), base + 8 * EVALUATE, base + 8 * EVALUATE_FLOATS)
@@ -241,10 +242,7 @@ def rhs(workspace: Any, state: Any, parameters: Any, t: float, out: RightHandSid
     ValueError
         If the workspace or an array is not of this mechanism.
     """
-    base = _head(_address(workspace), _rows(workspace))
-    x = _block(_address(state), _rows(state), _get(base, STATE_ROWS))
-    p = _block(_address(parameters), _rows(parameters), _get(base, PARAMETER_ROWS))
-    _evaluate(base, RHS, x, p, _block(_address(out.rows), _rows(out.rows), _get(base, RHS_ROWS)), t)
+    _evaluate(_head(_address(workspace), _rows(workspace)), state, parameters, t, RHS, RHS_ROWS, out.rows)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -263,10 +261,7 @@ def equations(workspace: Any, state: Any, parameters: Any, t: float, out: Equati
     ValueError
         If the workspace or an array is not of this mechanism.
     """
-    base = _head(_address(workspace), _rows(workspace))
-    x = _block(_address(state), _rows(state), _get(base, STATE_ROWS))
-    p = _block(_address(parameters), _rows(parameters), _get(base, PARAMETER_ROWS))
-    _evaluate(base, EQUATIONS, x, p, _block(_address(out.rows), _rows(out.rows), _get(base, EQUATION_ROWS)), t)
+    _evaluate(_head(_address(workspace), _rows(workspace)), state, parameters, t, EQUATIONS, EQUATION_ROWS, out.rows)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -288,9 +283,7 @@ def observe(workspace: Any, state: Any, parameters: Any, t: float, out: Any) -> 
     base = _head(_address(workspace), _rows(workspace))
     if _get(base, OBSERVE) == 0:
         raise ValueError("observe: was asked for nothing; name variables when you make the kernels")
-    x = _block(_address(state), _rows(state), _get(base, STATE_ROWS))
-    p = _block(_address(parameters), _rows(parameters), _get(base, PARAMETER_ROWS))
-    _evaluate(base, OBSERVE, x, p, _block(_address(out), _rows(out), _get(base, OBSERVED_ROWS)), t)
+    _evaluate(base, state, parameters, t, OBSERVE, OBSERVED_ROWS, out)
 
 
 @njit(error_model="numpy", forceinline=True)
