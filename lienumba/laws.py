@@ -10,7 +10,7 @@ built in; so it may use loops, lists and other functions, but neither a Python `
 ...     return a.force(pull * d), b.force(-pull * d)
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import pi
 from typing import Any
@@ -22,9 +22,9 @@ from lienumba.numerics.number import Condition, Number
 from lienumba.numerics.operations import absolute, atan2, cos, exp, log, maximum, minimum, sin, sqrt, tanh, where
 
 __all__ = [
-    "Body", "Joint", "Load", "Vector", "absolute", "acos", "asin", "atan", "atan2", "ceil", "clip", "cos", "cosh",
-    "deg", "exp", "floor", "hypot", "log", "maximum", "minimum", "mod", "pi", "rpm", "sign", "sin", "sinc", "sinh",
-    "sqrt", "tan", "tanh", "where",
+    "Body", "Joint", "Load", "Memory", "Vector", "absolute", "acos", "asin", "atan", "atan2", "ceil", "clip", "cos",
+    "cosh", "deg", "exp", "floor", "hypot", "log", "maximum", "minimum", "mod", "pi", "rpm", "sign", "sin", "sinc",
+    "sinh", "sqrt", "tan", "tanh", "where",
 ]  # fmt: skip
 
 deg, rpm = CONSTANTS["deg"], CONSTANTS["rpm"]
@@ -164,6 +164,38 @@ class Vector:
 
     def __repr__(self) -> str:
         return f"Vector({self.x!r}, {self.y!r}, {self.z!r})"
+
+
+class Memory:
+    """Numbers of a sampled law that every run keeps from sample to sample. They are 0 at the start.
+
+    A law reads and writes them by whole numbers (`line[0]`, `line[1:]`). A function with `lienumba.jit` or
+    `lienumba.batched` gets them as an array, and what it writes there is kept.
+
+    Parameters
+    ----------
+    numbers : sequence
+        What it holds.
+    """
+
+    def __init__(self, numbers: Iterable[Number]) -> None:
+        self.numbers = list(numbers)
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def __iter__(self) -> Iterator[Number]:
+        return iter(self.numbers)
+
+    def __getitem__(self, i: Any) -> Any:
+        return self.numbers[i]
+
+    def __setitem__(self, i: Any, value: Any) -> None:
+        replaced = self.numbers.copy()
+        replaced[i] = value
+        if len(replaced) != len(self):
+            raise ValueError(f"a memory of {len(self)} numbers would get {len(replaced)}")
+        self.numbers[:] = replaced
 
 
 @dataclass(frozen=True)

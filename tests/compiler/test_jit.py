@@ -17,7 +17,7 @@ NUMBERS = (0.0, -0.0, 0.3, -0.9999, 1.0, 2.5, -3.5, 1e-5, 1e-320, 700.0, -745.5,
 
 
 def test_every_function_of_laws_is_there():
-    kinds = {"Body", "Joint", "Load", "Vector", "pi", "deg", "rpm"}
+    kinds = {"Body", "Joint", "Load", "Memory", "Vector", "pi", "deg", "rpm"}
     assert {*ONE, *TWO, *THREE} == {*laws.__all__} - kinds
 
 

@@ -11,6 +11,7 @@ import pytest
 
 import lienumba
 from lienumba.compiler import native
+from lienumba.compiler.foreign.calls import Argument
 from tests.facade import ScenarioError, resolve
 from tests.laws import jitted
 from tests.laws.rigs import close, pendulum, run
@@ -111,7 +112,7 @@ def test_kernels_are_linked_before_another_process_compiles_them(monkeypatch, an
 
 
 def test_later_processes_import_no_numba():
-    jitted.controller.compiled([0] * 9)
+    jitted.controller.compiled([Argument("number", 1)] * 9)
     done = subprocess.run([sys.executable, "-c", WITHOUT], cwd=ROOT, env=os.environ, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 

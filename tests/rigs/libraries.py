@@ -26,12 +26,12 @@ void counted(const double *u, double *x, double *y)
 """
 
 
-def built(folder: Path, name: str = "library.so", gain: float = 2.0) -> Path:
+def built(folder: Path, name: str = "library.so", gain: float = 2.0, source: str = SOURCE) -> Path:
     """The library in a file of this name."""
     compiler = shutil.which("cc")
     if compiler is None:
         pytest.skip("there is no C compiler")
     flags = ["-O2", "-ffp-contract=off", "-shared", "-fPIC", f"-DGAIN={gain}"]
     command = [compiler, "-x", "c", *flags, "-o", str(folder / name), "-"]
-    subprocess.run(command, input=SOURCE, text=True, check=True)
+    subprocess.run(command, input=source, text=True, check=True)
     return folder / name

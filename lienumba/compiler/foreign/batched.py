@@ -6,6 +6,7 @@ Kernels call it by its address, for the W runs of a block at a time. It always g
 import ctypes
 import functools
 import hashlib
+import operator
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -17,7 +18,7 @@ import numpy as np
 
 from lienumba.compiler import native
 from lienumba.compiler.foreign import wrappers
-from lienumba.compiler.foreign.calls import KNOWN, PREFIX, TUPLES, Foreign, PythonFunction
+from lienumba.compiler.foreign.calls import KNOWN, PREFIX, TUPLES, Argument, Foreign, PythonFunction
 from lienumba.compiler.foreign.identity import names_of
 from lienumba.compiler.rows import W
 from lienumba.errors import BadValueError
@@ -45,51 +46,59 @@ class Batched(PythonFunction):
             digest.update(said + b"\0")
         return digest.hexdigest()
 
-    def compiled(self, sizes: Sequence[int]) -> Foreign:
+    def compiled(self, arguments: Sequence[Argument]) -> Foreign:
         """The function behind an address of this process."""
-        said = f"{self._name} {self.outputs} {sizes}"  # of a process; object code says nothing else of the function
+        said = f"{self._name} {self.outputs} {arguments}"  # of a process; object code says nothing else of the function
         symbol = PREFIX + hashlib.sha256(said.encode()).hexdigest()[:32]
         if symbol not in KNOWN:
-            numbers, text = sum(max(size, 1) for size in sizes), wrappers.by_block(symbol)
-            function = ADDRESSED(functools.partial(self._block, numbers, sizes))
+            outputs = self.outputs + sum(x.size for x in arguments if x.kind == "array")
+            function = ADDRESSED(functools.partial(self._block, arguments, outputs))
             _kept.append(function)
             native.ADDRESSES[wrappers.address_of(symbol)] = ctypes.cast(function, ctypes.c_void_p).value or 0
-            called, why = functools.partial(self._runs, sizes), "gets the runs of a block at once"
-            KNOWN[symbol] = Foreign(symbol, self.__name__, self.outputs, self.outputs == 1, text, True, why, called)
+            called, why = functools.partial(self._runs, arguments), "gets the runs of a block at once"
+            text, scalar = wrappers.by_block(symbol), self.outputs == 1
+            KNOWN[symbol] = Foreign(symbol, self.__name__, outputs, scalar, text, True, why, called)
         return KNOWN[symbol]
 
-    def _runs(self, sizes: Sequence[int], given: np.ndarray) -> np.ndarray:
+    def _runs(self, arguments: Sequence[Argument], given: np.ndarray) -> np.ndarray:
         """Compute outputs (outputs, runs) of arguments (numbers, runs), W runs at a time. Raises its errors."""
         runs = given.shape[1]
         if runs == W:
-            return self._outputs(sizes, given.copy())
+            return self._outputs(arguments, given.copy())
         padded = np.pad(given, ((0, 0), (0, -runs % W)), "edge")
-        parts = [self._outputs(sizes, padded[:, n : n + W].copy()) for n in range(0, runs, W)]
+        parts = [self._outputs(arguments, padded[:, n : n + W].copy()) for n in range(0, runs, W)]
         return np.concatenate(parts, axis=1)[:, :runs]
 
-    def _outputs(self, sizes: Sequence[int], given: np.ndarray) -> np.ndarray:
+    def _outputs(self, arguments: Sequence[Argument], given: np.ndarray) -> np.ndarray:
         """Compute outputs (outputs, W) of arguments (numbers, W); a run with one that is not finite has NaN in all."""
-        rows = iter(given)
-        found = self.py_func(*(tuple(next(rows) for _ in range(size)) if size else next(rows) for size in sizes))
+        ends = np.cumsum([x.size for x in arguments])
+        parts = [given[end - x.size : end] for x, end in zip(arguments, ends, strict=True)]
+        given_as: dict[str, Callable[[np.ndarray], Any]] = {
+            "number": operator.itemgetter(0),
+            "tuple": tuple,
+            "array": np.asarray,
+        }
+        found = self.py_func(*(given_as[x.kind](rows) for x, rows in zip(arguments, parts, strict=True)))
         listed = found if isinstance(found, TUPLES) or np.ndim(found) == 2 else (found,)
         shapes = [np.shape(x) for x in listed]
         if found is None or len(shapes) != self.outputs or not {*shapes} <= {(), (W,)}:
             kind = "nothing" if found is None else f"shapes {shapes}"
             rule = f"{self.__name__} must return {self.outputs} arrays of shape ({W},), but returns {kind}"
             raise BadValueError(rule, "return a number of each output for each run, or correct outputs")
-        values = np.empty((self.outputs, W))
+        own = np.empty((self.outputs, W))
         for n, x in enumerate(listed):
-            values[n] = x
+            own[n] = x
+        values = np.concatenate([own, *(rows for x, rows in zip(arguments, parts, strict=True) if x.kind == "array")])
         finite = np.isfinite(values)
         return values if finite.all() else np.where(finite.all(axis=0), values, np.nan)
 
-    def _block(self, numbers: int, sizes: Sequence[int], given: int, found: int, lanes: int) -> None:
+    def _block(self, arguments: Sequence[Argument], outputs: int, given: int, found: int, lanes: int) -> None:
         """Evaluate a block of runs for a kernel: given (numbers, lanes) and found (outputs, lanes) are addresses.
 
         Failed runs get the arguments of a run that has not failed. If the function raises, it is called for each run
         apart, so that the runs in which it raises fail alone.
         """
-        left, rows = _numbers(found, self.outputs, lanes), _numbers(given, numbers, lanes)
+        left, rows = _numbers(found, outputs, lanes), _numbers(given, sum(x.size for x in arguments), lanes)
         left[:] = np.nan
         good = ~np.isnan(rows).any(axis=0)
         if not good.any():
@@ -97,16 +106,16 @@ class Batched(PythonFunction):
         whole = good.all()
         filled = rows if whole else np.where(good, rows, rows[:, [good.argmax()]])
         try:
-            outputs = self._runs(sizes, filled)
-            left[:] = outputs if whole else np.where(good, outputs, np.nan)
+            values = self._runs(arguments, filled)
+            left[:] = values if whole else np.where(good, values, np.nan)
         except Exception:
             for lane in np.flatnonzero(good).tolist():
-                self._alone(sizes, filled, left, lane)
+                self._alone(arguments, filled, left, lane)
 
-    def _alone(self, sizes: Sequence[int], given: np.ndarray, left: np.ndarray, lane: int) -> None:
+    def _alone(self, arguments: Sequence[Argument], given: np.ndarray, left: np.ndarray, lane: int) -> None:
         """Call it for one run, in its place among equal ones."""
         try:
-            left[:, lane] = self._runs(sizes, np.repeat(given[:, [lane]], given.shape[1], axis=1))[:, lane]
+            left[:, lane] = self._runs(arguments, np.repeat(given[:, [lane]], given.shape[1], axis=1))[:, lane]
         except Exception as error:
             said = f"{self.__name__} raised {type(error).__name__}: {error}; the run fails"
             with suppress(Warning):
@@ -131,7 +140,8 @@ def batched(*, outputs: int) -> Callable[[Callable[..., Any]], Batched]:
     -------
     callable
         The decorator, for a function of arrays (8,), or of tuples of them, that returns an array (8,), a tuple of them,
-        or an array (outputs, 8). The arrays and numbers of its module that it reads are part of the hash of scenarios.
+        or an array (outputs, 8). Of a law's memory it gets an array (size, 8), and what it writes there is kept. The
+        arrays and numbers of its module that it reads are part of the hash of scenarios.
 
     Raises
     ------

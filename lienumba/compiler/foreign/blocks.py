@@ -11,13 +11,13 @@ from types import FunctionType
 from typing import Any
 
 from llvmlite import binding
-from numba import config, njit, types
+from numba import carray, config, njit, types
 from numba.core.errors import NumbaError, UnsupportedBytecodeError
 from numba.extending import typeof_impl
 
 from lienumba import laws
 from lienumba.compiler import jit
-from lienumba.compiler.foreign.calls import Foreign
+from lienumba.compiler.foreign.calls import Argument, Foreign
 from lienumba.compiler.foreign.identity import identity
 from lienumba.compiler.foreign.jitted import Jitted
 from lienumba.errors import BadValueError
@@ -34,7 +34,7 @@ LAWS = {"pow": "exp and log", "exp2": "exp"}  # functions of lienumba.laws in pl
 REMEDIES = (  # by how a symbol begins
     ("frem", "uses % or // of floats, an operation of a mathematics library", "take mod and floor of lienumba.laws"),
     ("mem", "moves memory", "write it with loops over numbers"),
-    ("NRT_", "allocates memory", "keep its numbers in variables and tuples, and tables in arrays of the module"),
+    ("NRT_", "allocates memory", "keep numbers in variables, tuples and the law's memory, and tables in arrays"),
     ("numba_gil", "needs Python while it runs", "let it raise with constant texts, and print nothing"),
     ("Py", "needs Python while it runs", "let it raise with constant texts, and print nothing"),
     ("numba_", "needs Numba while it runs", "write it with loops, or with functions of lienumba.laws"),
@@ -58,21 +58,21 @@ def typeof_jitted(function: Jitted, context: Any) -> types.Type:
     return types.Dispatcher(_CALLED[said])
 
 
-def compiled(function: FunctionType, symbol: str, sizes: Sequence[int]) -> Foreign:
-    """The function for arguments of these sizes (0 for a number, n for a tuple of n) under this symbol.
+def compiled(function: FunctionType, symbol: str, arguments: Sequence[Argument]) -> Foreign:
+    """The function for such arguments under this symbol.
 
     Raises BadValueError for what cannot be compiled, or calls something outside of itself.
     """
     if config.DISABLE_JIT:
         raise BadValueError("NUMBA_DISABLE_JIT is set, so that Numba compiles nothing", "unset it")
     jit.register()
-    types_of = tuple(types.UniTuple(types.float64, size) if size else types.float64 for size in sizes)
+    types_of = tuple(map(_type_of, arguments))
     inner = njit(**GUARDED)(function)
     try:
         inner.compile(types_of)
-        outputs, scalar = _returned(function.__name__, inner.overloads[types_of].signature.return_type)
-        names: dict[str, Any] = {"function": inner, "outputs": outputs, "nan": nan}
-        exec("\n".join(_source(sizes, outputs, scalar)), names)
+        own, scalar = _returned(function.__name__, inner.overloads[types_of].signature.return_type)
+        names: dict[str, Any] = {"function": inner, "nan": nan, "carray": carray}
+        exec("\n".join(_source(arguments, own, scalar)), names)
         names["lane_of"] = njit(**GUARDED)(names["lane_of"])
         whole = njit(**OPTIONS)(names["block"])
         pointer = types.CPointer(types.float64)
@@ -83,6 +83,7 @@ def compiled(function: FunctionType, symbol: str, sizes: Sequence[int]) -> Forei
         raise BadValueError(f"Numba cannot compile {function.__name__}: {said}", "correct it") from None
     made = whole.overloads[signature]
     text = _complete(function.__name__, made.library.get_llvm_str(), made.fndesc.llvm_func_name, symbol)
+    outputs = own + sum(x.size for x in arguments if x.kind == "array")
     return Foreign(symbol, function.__name__, outputs, scalar, text)
 
 
@@ -95,30 +96,54 @@ def _returned(name: str, kind: types.Type) -> tuple[int, bool]:
     return len(each), not isinstance(kind, types.BaseTuple)
 
 
-def _source(sizes: Sequence[int], outputs: int, scalar: bool) -> Iterator[str]:
+def _type_of(argument: Argument) -> types.Type:
+    """Numba's type of an argument. The rows of an array are those of a block, so its numbers lie apart."""
+    if argument.kind == "array":
+        return types.Array(types.float64, 1, "A")
+    return types.UniTuple(types.float64, argument.size) if argument.kind == "tuple" else types.float64
+
+
+def _source(arguments: Sequence[Argument], outputs: int, scalar: bool) -> Iterator[str]:
     """Write the functions of one lane and of all. A lane with a NaN, as of a run that has failed, is not called: loops
-    need not end there. One call stands between try and except, since Numba compiles each expression there apart."""
-    rows = iter(range(sum(max(size, 1) for size in sizes)))
-    given = [[f"u{next(rows)}" for _ in range(max(size, 1))] for size in sizes]
-    arguments = [f"({', '.join(own)},)" if size else own[0] for size, own in zip(sizes, given, strict=True)]
-    numbers, found = [u for own in given for u in own], [f"x{n}" for n in range(outputs)]
+    need not end there. Arrays are the last rows of what is found, so the function writes to its place. One call stands
+    between try and except, since Numba compiles each expression there apart."""
+    row, end, passed, numbers = 0, outputs, [], []
     yield "def lane_of(given, found, lanes, lane):"
-    for row, u in enumerate(numbers):
-        yield f"    {u} = given[{row} * lanes + lane]"
+    for argument in arguments:
+        own = [f"u{row + n}" for n in range(argument.size)]
+        if argument.kind == "array":
+            yield f"    u{row} = carray(found, ({end + argument.size}, lanes))[{end}:, lane]"
+            yield f"    for n in range({argument.size}):"
+            yield f"        u{row}[n] = given[({row} + n) * lanes + lane]"
+            yield f"        if u{row}[n] != u{row}[n]:"
+            yield "            return"
+            end += argument.size
+        else:
+            yield from (f"    {u} = given[{row + n} * lanes + lane]" for n, u in enumerate(own))
+            numbers += own
+        passed.append(f"({', '.join(own)},)" if argument.kind == "tuple" else own[0])
+        row += argument.size
+    results = [f"x{n}" for n in range(outputs)]
     yield f"    if {' or '.join(f'{u} != {u}' for u in numbers) or 'False'}:"
     yield "        return"
-    yield f"    {', '.join(found)}{'' if scalar else ','} = function({', '.join(arguments)})"
-    yield f"    if {' + '.join(f'0.0 * {x}' for x in found)} == 0.0:"
-    for n, x in enumerate(found):
-        yield f"        found[{n} * lanes + lane] = {x}"
+    yield f"    {', '.join(results)}{'' if scalar else ','} = function({', '.join(passed)})"
+    yield f"    total = {' + '.join(f'0.0 * {x}' for x in results)}"
+    yield f"    for n in range({outputs}, {end}):"
+    yield "        total += 0.0 * found[n * lanes + lane]"
+    yield "    if total == 0.0:"
+    yield from (f"        found[{n} * lanes + lane] = {x}" for n, x in enumerate(results))
     yield "def block(given, found, lanes):"
     yield "    for lane in range(lanes):"
-    yield "        for row in range(outputs):"
-    yield "            found[row * lanes + lane] = nan"
+    yield f"        for n in range({outputs}):"
+    yield "            found[n * lanes + lane] = nan"
     yield "        try:"
     yield "            lane_of(given, found, lanes, lane)"
     yield "        except Exception:"
     yield "            pass"
+    if end > outputs:
+        yield "        if found[lane] != found[lane]:"
+        yield f"            for n in range({outputs}, {end}):"
+        yield "                found[n * lanes + lane] = nan"
 
 
 def _complete(name: str, text: str, entry: str, symbol: str) -> str:

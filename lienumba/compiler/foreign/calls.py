@@ -14,13 +14,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from types import FunctionType
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from lienumba.compiler.symbols import Graph, Symbol, reached
 from lienumba.errors import BadValueError, ScenarioError
-from lienumba.laws import Vector
+from lienumba.laws import Memory, Vector
 from lienumba.numerics.jets import Jet
 from lienumba.numerics.number import Number
 
@@ -28,15 +28,27 @@ PREFIX = "lienumba_call_"  # of every symbol
 DECLARATION = "declare i32 @{}(ptr, ptr, ptr, ptr, i64)\n"
 TRACED = "write it with the functions of lienumba.laws, so that it is traced"
 TUPLES = (tuple, list, Vector)
-NUMBER = 0  # the size of an argument that is no tuple
+
+
+class Argument(NamedTuple):
+    """What a function gets: a number, a tuple, or an array, whose numbers the function replaces; and its size."""
+
+    kind: Literal["number", "tuple", "array"]
+    size: int
+
+    @staticmethod
+    def of(x: object) -> "Argument":
+        if isinstance(x, Memory):
+            return Argument("array", len(x))
+        return Argument("tuple", len(x)) if isinstance(x, TUPLES) else Argument("number", 1)
 
 
 @dataclass(frozen=True)
 class Foreign:
-    """name: that of the user's function; scalar: whether its output is a number, not a tuple of one; text: LLVM text
-    that defines the symbol, complete in itself; outside: whether that calls code that lienumba does not know; sampled:
-    why its law has to be sampled, empty if it need not be; evaluate: of functions of Python, outputs (outputs, runs) of
-    arguments (numbers, runs)."""
+    """name: that of the user's function; outputs: how many numbers it writes, those of its arrays behind the others;
+    scalar: whether its own output is a number, not a tuple of one; text: LLVM text that defines the symbol, complete in
+    itself; outside: whether that calls code that lienumba does not know; sampled: why its law has to be sampled, empty
+    if it need not be; evaluate: of functions of Python, outputs (outputs, runs) of arguments (numbers, runs)."""
 
     symbol: str
     name: str
@@ -47,11 +59,14 @@ class Foreign:
     sampled: str = ""
     evaluate: Callable[[np.ndarray], np.ndarray] | None = None
 
-    def called(self, numbers: Sequence[Any]) -> Any:
-        """Call it: a tuple of its outputs, or a number if there is only one."""
+    def called(self, numbers: Sequence[Any], arrays: Sequence[Memory] = ()) -> Any:
+        """Call it: a tuple of its outputs, or a number if there is only one. Its arrays get their new numbers."""
         node = call(self.symbol, *numbers)
-        found = tuple(part(node, n) for n in range(self.outputs))
-        return found[0] if self.scalar else found
+        found = [part(node, n) for n in range(self.outputs)]
+        for array in reversed(arrays):
+            first = len(found) - len(array)
+            array[:], found = found[first:], found[:first]
+        return found[0] if self.scalar else tuple(found)
 
 
 class Function:
@@ -76,11 +91,11 @@ class PythonFunction(Function):
         """Its outputs: symbols of the graph of its arguments, or on floats and arrays of runs numbers like them."""
         bound = self._signature.bind(*arguments, **named)
         bound.apply_defaults()
-        numbers = flat(self.__name__, bound.args)
-        return self.compiled([len(x) if isinstance(x, TUPLES) else NUMBER for x in bound.args]).called(numbers)
+        numbers, arrays = flat(self.__name__, bound.args), [x for x in bound.args if isinstance(x, Memory)]
+        return self.compiled([Argument.of(x) for x in bound.args]).called(numbers, arrays)
 
-    def compiled(self, sizes: Sequence[int]) -> Foreign:
-        """Return what kernels call for arguments of these sizes (0 for a number, n for a tuple of n)."""
+    def compiled(self, arguments: Sequence[Argument]) -> Foreign:
+        """Return what kernels call for such arguments."""
         raise NotImplementedError
 
 
@@ -107,7 +122,7 @@ def flat(name: str, arguments: Sequence[object]) -> list[Any]:
     """The numbers of arguments that are numbers or tuples of numbers. Raises errors that name the function."""
     numbers: list[Any] = []
     for x in arguments:
-        numbers.extend(x if isinstance(x, TUPLES) else (x,))
+        numbers.extend(x if isinstance(x, (*TUPLES, Memory)) else (x,))
     for x in numbers:
         if isinstance(x, Jet):
             raise underivable(name)

@@ -15,7 +15,7 @@ from types import FunctionType
 from typing import Any
 
 from lienumba.compiler import cache, native
-from lienumba.compiler.foreign.calls import KNOWN, PREFIX, Foreign, PythonFunction
+from lienumba.compiler.foreign.calls import KNOWN, PREFIX, Argument, Foreign, PythonFunction
 from lienumba.compiler.foreign.identity import identity
 from lienumba.errors import BadValueError
 
@@ -29,18 +29,18 @@ class Jitted(PythonFunction):
         """What it does: its bytecode, all that it reads, and Numba's version."""
         return f"{identity(self.py_func)} {_numba()}"
 
-    def compiled(self, sizes: Sequence[int]) -> Foreign:
-        """The compiled function for arguments of these sizes."""
-        said = self.identity(), repr(sizes), _sources(), *native.cpu()
+    def compiled(self, arguments: Sequence[Argument]) -> Foreign:
+        """The compiled function for such arguments."""
+        said = self.identity(), repr(arguments), _sources(), *native.cpu()
         symbol = PREFIX + hashlib.sha256("\0".join(said).encode()).hexdigest()[:32]
         if symbol not in KNOWN:
-            KNOWN[symbol] = Foreign(**json.loads(cache.remember(symbol, lambda: self._made(symbol, sizes))))
+            KNOWN[symbol] = Foreign(**json.loads(cache.remember(symbol, lambda: self._made(symbol, arguments))))
         return KNOWN[symbol]
 
-    def _made(self, symbol: str, sizes: Sequence[int]) -> bytes:
+    def _made(self, symbol: str, arguments: Sequence[Argument]) -> bytes:
         from lienumba.compiler.foreign import blocks
 
-        return json.dumps(asdict(blocks.compiled(self.py_func, symbol, sizes))).encode()
+        return json.dumps(asdict(blocks.compiled(self.py_func, symbol, arguments))).encode()
 
 
 def jit(function: Callable[..., Any]) -> Jitted:
@@ -55,8 +55,8 @@ def jit(function: Callable[..., Any]) -> Jitted:
     Parameters
     ----------
     function : callable
-        A plain function of numbers and tuples of numbers (a `Vector` arrives as a tuple of three). It returns a number,
-        or a tuple of numbers.
+        A plain function of numbers and tuples of numbers (a `Vector` arrives as a tuple of three). An array of the
+        law's memory arrives as an array, and what it writes there is kept. It returns a number, or a tuple of numbers.
 
     Returns
     -------

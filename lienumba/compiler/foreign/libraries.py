@@ -9,12 +9,14 @@ import operator
 import os
 import sys
 from _ctypes import CFuncPtr
+from dataclasses import replace
 from typing import Any
 
 from lienumba.compiler import native
 from lienumba.compiler.foreign import wrappers
 from lienumba.compiler.foreign.calls import KNOWN, PREFIX, Foreign, Function, flat
 from lienumba.errors import BadValueError
+from lienumba.laws import Memory
 
 LOAD = "load the library with ctypes.CDLL(path), and name its function"
 KEEPS = "keeps states from call to call"
@@ -44,12 +46,14 @@ class LibraryFunction(Function):
 
     def __call__(self, *inputs: object, states: object = ()) -> Any:
         """Its outputs, then its next states: symbols of the graph of its arguments, or on floats and arrays of runs
-        numbers like them."""
+        numbers like them. Where its states are a law's memory, the next ones are written there instead."""
         given, x = flat(self.__name__, inputs), flat(self.__name__, (states,))
         for kind, numbers, size in (("inputs", given, self.inputs), ("states", x, self.states)):
             if len(numbers) != size:
                 rule = f"{self.__name__} gets {len(numbers)} {kind}, but has {size}"
                 raise BadValueError(rule, f"give it {size}, or write {kind}={len(numbers)} in lienumba.foreign")
+        if isinstance(states, Memory):
+            return replace(self._made, scalar=self.outputs == 1).called([*given, *x], [states])
         return self._made.called([*given, *x])
 
     def identity(self) -> str:
@@ -83,7 +87,8 @@ def foreign(function: Any, *, inputs: int, outputs: int, states: int = 0) -> Lib
     -------
     callable
         For laws. It takes `inputs` numbers, or tuples of numbers, and by name `states`, a tuple of numbers. It returns
-        a tuple of the outputs and the next states, or one number if there is only one.
+        a tuple of the outputs and the next states, or one number if there is only one. If `states` is an array of the
+        law's memory, the next ones are written there, and it returns the outputs.
 
     Raises
     ------

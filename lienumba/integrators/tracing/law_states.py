@@ -1,8 +1,8 @@
 """States of the laws that a user writes: they travel with the bodies, as more elements of the state-space group.
 
 Of an element, nine numbers form a vector space (those of r, v and w): there nine states are, and R stays the identity.
-So every method and every kernel that moves bodies moves them, too. A sampled law has behind its states its loads as
-they were sampled, and how often that was; none of these moves between samples.
+So every method and every kernel that moves bodies moves them, too. A sampled law has behind its states its memory,
+then its loads as they were sampled, and how often that was; none of these moves between samples.
 """
 
 from collections.abc import Mapping, Sequence
@@ -40,7 +40,7 @@ class LawStates:
                     sampled = 1 + sum(
                         len(user_laws.numbers_of(load)) for load in user_laws.outcome(model, force, now)[0]
                     )
-                sizes[force.name] = len(force.code.states) + sampled
+                sizes[force.name] = force.code.kept + sampled
         return LawStates(sizes | ({HELD: len(model.held)} if model.held else {}))
 
     def held(self) -> range:
@@ -92,7 +92,7 @@ class LawStates:
 
     def initial(self, model: Model) -> dict[str, tuple[Number, ...]]:
         """The states of the laws at the start."""
-        every = {force.name: tuple(force.initial.values()) for force in model.forces} | {HELD: (*model.held.values(),)}
+        every = {force.name: user_laws.initial(force) for force in model.forces} | {HELD: (*model.held.values(),)}
         return {name: every[name] for name in self.sizes}
 
     def start(self, model: Model, runs: int) -> np.ndarray:

@@ -51,6 +51,7 @@ class Names(Protocol):
         level: str = "position",
         joints: tuple[int, ...] = (),
         states: Sequence[str] = (),
+        memory: Sequence[tuple[str, int]] = (),
         every: float | None = None,
     ) -> Code:
         """The code of a law of the user's own; place: of the law in the scenario; reference: "arm.py:pd"; seen: what it

@@ -1,13 +1,14 @@
 """Laws that a user writes as Python functions: what they are given, and what is made of what they return.
 
-Positional: the law's bodies, then its joints; by name, as far as the function asks for them: t, its states, the
-interval at which it is sampled, its parameters, quantities, and the states of other laws. A law with states returns
-what it does together with the rates of its states, or where it is sampled with their new values; in between, what it
-does is held as it was returned.
+Positional: the law's bodies, then its joints; by name, as far as the function asks for them: t, its states, its
+memory, the interval at which it is sampled, its parameters, quantities, and the states of other laws. A law with
+states returns what it does together with the rates of its states, or where it is sampled with their new values; in
+between, what it does is held as it was returned.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import islice
 from types import SimpleNamespace
 from typing import Any
 
@@ -27,13 +28,15 @@ LOADS, POTENTIAL = "loads", "potential"
 
 
 class States:
-    """The states of a law by their names."""
+    """The states of a law, or the arrays of its memory, by their names."""
 
-    def __init__(self, values: dict[str, Any]) -> None:
+    def __init__(self, values: dict[str, Any], what: str = "state") -> None:
         self.__dict__.update(values)
+        self.__what = what
 
     def __getattr__(self, name: str) -> Any:
-        raise AttributeError(f"the law has no state {name}; it has {', '.join(self.__dict__)}")
+        known = ", ".join(x for x in self.__dict__ if not x.startswith("_"))
+        raise AttributeError(f"the law has no {self.__what} {name}; it has {known}")
 
 
 class LawError(TypeError):
@@ -52,9 +55,15 @@ def ends_of(model: Model, code: Code, bodies: Sequence[int], numbers: dict[str, 
 
 
 def call(
-    model: Model, code: Code, bodies: Sequence[int], numbers: dict[str, Any], view: View, states: Sequence[Any] = ()
+    model: Model,
+    code: Code,
+    bodies: Sequence[int],
+    numbers: dict[str, Any],
+    view: View,
+    states: Sequence[Any] = (),
+    memory: dict[str, laws.Memory] | None = None,
 ) -> Any:
-    """What the function returns."""
+    """What the function returns. It writes to its memory."""
     given = [_body(view, i) for i in bodies] + [_joint(model, view, j, code.returns == LOADS) for j in code.joints]
     named = {name: evaluate(model, x, view) for name, x in numbers.items()}
     for quantity in model.quantities:
@@ -70,6 +79,8 @@ def call(
         named["interval"] = code.every
     if "states" in code.wants:
         named["states"] = States(dict(zip(code.states, states, strict=True)))
+    if "memory" in code.wants:
+        named["memory"] = States(memory or {}, "memory")
     if code.names:
         return code.function(**dict(zip(code.names, given, strict=True)), **named)
     return code.function(*given, **named)
@@ -115,19 +126,22 @@ def residual(model: Model, index: int, view: View) -> tuple[Any, ...]:
 
 # ---------------------------------------------------------------- forces
 def outcome(model: Model, force: Force, now: Instant) -> tuple[list[laws.Load], list[Any]]:
-    """The loads of a law and the rates of its states, or if it is sampled its new states."""
+    """The loads of a law and the rates of its states, or if it is sampled its new states and its new memory."""
     assert force.code is not None
     ends = ends_of(model, force.code, force.bodies, force.numbers)
     view = kinematics.still(now, ends)
-    states = states_of(force, now)[: len(force.code.states)]
-    found = call(model, force.code, force.bodies, force.numbers, view, states)
+    numbers = states_of(force, now)
+    states, rest = numbers[: len(force.code.states)], iter(numbers[len(force.code.states) :])
+    memory = {name: laws.Memory(islice(rest, size)) for name, size in force.code.memory}
+    found = call(model, force.code, force.bodies, force.numbers, view, states, memory)
+    kept = [x for array in memory.values() for x in array]
     if not force.code.states:
-        return _loads(found), []
+        return _loads(found), kept
     if not isinstance(found, tuple) or len(found) != 2:
         raise LawError(
             "it has states, so it must return a pair: its loads, and the rates (or new values) of its states"
         )
-    return _loads(found[0] or []), _rates(found[1], force.code.states)
+    return _loads(found[0] or []), [*_rates(found[1], force.code.states), *kept]
 
 
 def _loads(found: Any) -> list[laws.Load]:
@@ -156,9 +170,15 @@ def _rates(found: Any, names: Sequence[str]) -> list[Any]:
 
 
 def states_of(force: Force, now: Instant) -> tuple[Any, ...]:
-    """Its states, behind them what it holds of its loads if it is sampled; what is not known yet is as at the start."""
-    found: tuple[Any, ...] = now.states.get(force.name, tuple(force.initial.values()))
+    """Its states and its memory, then what it holds of its loads if it is sampled; as at the start if not yet known."""
+    found: tuple[Any, ...] = now.states.get(force.name) or initial(force)
     return found
+
+
+def initial(force: Force) -> tuple[Any, ...]:
+    """Its states at the start, behind them its memory."""
+    kept = 0 if force.code is None else force.code.kept
+    return (*force.initial.values(), *[0.0] * (kept - len(force.initial)))
 
 
 def numbers_of(load: laws.Load) -> tuple[Number, ...]:
@@ -170,7 +190,7 @@ def acting(model: Model, force: Force, now: Instant) -> list[laws.Load]:
     """The loads now: those of the last sample where the law is sampled and has been."""
     assert force.code is not None
     found = outcome(model, force, now)[0]
-    sampled = list(states_of(force, now)[len(force.code.states) :])
+    sampled = list(states_of(force, now)[force.code.kept :])
     if force.code.every is None or not sampled:
         return found
     kept = []
@@ -211,6 +231,9 @@ def unsampled(model: Model) -> Model:
             if force.code.untraced:
                 rule = f"an equilibrium differentiates it, but it calls {force.code.untraced[0]}, which is not traced"
                 raise ScenarioError.at(f"model.forces.{force.name}", rule, TRACED)
+            if force.code.memory:
+                rule = "has a memory, and an equilibrium looks for states alone"
+                raise ScenarioError.at(f"model.forces.{force.name}.memory", rule, "keep what settles in states")
             force = replace(force, code=_flowing(force.code, force.code.every))
         forces.append(force)
     return replace(model, forces=tuple(forces))

@@ -51,9 +51,10 @@ class Code:
 
     returns: "loads" or "potential" of a force, one letter for each row of a joint ("m" for a length, "r" for an angle);
     level: of these, "position" or "velocity"; joints: those that it sees; names: the arguments that are its bodies and
-    joints, none if it takes any number of them; wants: of t, states and interval what the function asks for;
-    quantities: those that it asks for; states: their names; every: the interval (s) of a sampled law; untraced:
-    the names of the functions that it calls and that are not traced, which have no derivatives.
+    joints, none if it takes any number of them; wants: of t, states, memory and interval what the function asks for;
+    quantities: those that it asks for; states: their names; memory: the sizes of its arrays, by name; every: the
+    interval (s) of a sampled law; untraced: the names of the functions that it calls and that are not traced, which
+    have no derivatives.
     """
 
     function: Callable[..., Any]
@@ -64,8 +65,14 @@ class Code:
     wants: frozenset[str] = frozenset()
     quantities: frozenset[str] = frozenset()
     states: tuple[str, ...] = ()
+    memory: tuple[tuple[str, int], ...] = ()
     every: float | None = None
     untraced: tuple[str, ...] = ()
+
+    @property
+    def kept(self) -> int:
+        """How many numbers its states and its memory have."""
+        return len(self.states) + sum(size for _, size in self.memory)
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,8 @@ from lienumba.scenario.checks.times import check_samples
 from lienumba.store.layout import is_taken
 from lienumba.words import show
 
+MOST = 2000  # numbers in the memory of a law: more take too long to compile
+
 
 def check_force(place: str, force: Keys, bodies: list[str], joints: Tables, report: Report) -> None:
     """Check one force against the names of all bodies, and all joints by name."""
@@ -80,8 +82,12 @@ def _check_own(place: str, force: PythonForce, report: Report) -> None:
     """A law of the user's own, in itself."""
     if isinstance(force.every, float | int):
         check_samples(f"{place}.every", float(force.every), report)
-    if force.returns == "potential" and (force.states or force.every is not None):
-        report.add(place, "a potential energy has neither states nor samples", "leave states and every out")
+    if force.returns == "potential" and (force.states or force.memory or force.every is not None):
+        report.add(place, "a potential energy has neither states nor samples", "leave states, memory and every out")
+    if force.memory and force.every is None:
+        report.add(f"{place}.memory", "only a sampled law has a memory", "give every, or keep its numbers in states")
+    if (size := sum(force.memory.values())) > MOST:
+        report.add(f"{place}.memory", f"has more than {MOST:,} numbers", "keep fewer", size)
     if force.states and is_taken(force.name):
         report.add(
             f"{place}.name",
@@ -93,9 +99,10 @@ def _check_own(place: str, force: PythonForce, report: Report) -> None:
         report.add(
             f"{place}.name", "formulas would read its states by the name of the inputs", "give another name", INPUTS
         )
-    for name in force.states:
-        if not re.fullmatch(NAME, name) or iskeyword(name):
-            report.add(f"{place}.states", f"{show(name)} is no valid name", f"give {NAME_RULE}")
+    for key in ("states", "memory"):
+        for name in getattr(force, key):
+            if not re.fullmatch(NAME, name) or iskeyword(name):
+                report.add(f"{place}.{key}", f"{show(name)} is no valid name", f"give {NAME_RULE}")
     for name, value in force.parameters.items():
         check_start(f"{place}.parameters.{name}", value, 1, report)
 

@@ -188,13 +188,15 @@ class _Builder:
         level: str = "position",
         joints: tuple[int, ...] = (),
         states: Sequence[str] = (),
+        memory: Sequence[tuple[str, int]] = (),
         every: float | None = None,
     ) -> m.Code:
         known = [seen.name for seen in (*self.data.quantities, *self.data.noise)]
         known += [force.name for force in self.data.forces if getattr(force, "states", None)]
         code = m.Code(
-            function_of(place, reference, self.files), returns, level, joints, states=tuple(states), every=every
-        )
+            function_of(place, reference, self.files), returns, level, joints,
+            states=tuple(states), memory=tuple(memory), every=every,
+        )  # fmt: skip
         return code_of(place, reference, code, seen, list(parameters), known)
 
     def samples(self, name: str, source: Recursion | Recorded, every: float | None, held: bool) -> Samples:

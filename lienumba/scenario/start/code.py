@@ -54,6 +54,7 @@ POINTS, FRAMES = (
     (kinematics.UNIT, kinematics.UNIT),
 )  # any: the start decides them later
 VELOCITIES = 12  # the first row of them in the state of a body
+EXAMPLES = {"states": "states = { integral = ... }", "memory": "memory = { line = 200 }, and every"}  # of keys
 BEND = 1e-6  # of a velocity-level law, relative to itself: above, it is not affine in the velocities
 
 
@@ -64,11 +65,11 @@ def code_of(
     known: the quantities that it may ask for."""
     at = f"{place}.function"
     arguments = inspect.signature(code.function).parameters.values()
-    for name in ("t", "states"):
-        if name in parameters:
-            what = "the time" if name == "t" else "the states of the law"
+    for name, what in (("t", "the time"), ("states", "the states of the law"), ("memory", "the memory of the law")):
+        if name in parameters and (name != "memory" or code.memory):
             raise ScenarioError.at(f"{place}.parameters.{name}", f"is the name of {what}", "give another name")
-    own = {"t"} | ({"states"} if code.states else set()) | ({"interval"} if code.every is not None else set())
+    has = {"t": True, "states": code.states, "memory": code.memory, "interval": code.every is not None}
+    own = {name for name, given in has.items() if given}
     plain = [p for p in arguments if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
     placed = [p.name for p in plain if p.name not in own and p.name not in parameters]
     any_number = any(p.kind == p.VAR_POSITIONAL for p in arguments)
@@ -87,19 +88,14 @@ def code_of(
     missing = sorted(needed - {*parameters, *own, *known})
     if missing:
         given = f"neither {' nor '.join(sorted(own, reverse=True))}, nor a quantity, nor one of {place}.parameters"
-        key = "states" if missing[0] == "states" else "parameters"
-        remedy = f"give {key} = {{ {_example(missing[0])} = ... }}"
-        raise ScenarioError.at(at, f"has the argument {missing[0]}, which is {given}", remedy, reference)
+        example = EXAMPLES.get(missing[0], f"parameters = {{ {missing[0]} = ... }}")
+        raise ScenarioError.at(at, f"has the argument {missing[0]}, which is {given}", f"give {example}", reference)
     return replace(
         code,
         names=names,
         wants=frozenset(asked & own),
         quantities=frozenset(asked & set(known) - set(parameters)),
     )
-
-
-def _example(name: str) -> str:
-    return "integral" if name == "states" else name
 
 
 def tried(model: Model) -> Model:
@@ -176,9 +172,11 @@ def _try_force(model: Model, force: Force, now: Instant) -> list[Any]:
                 raise ScenarioError.at(
                     place, f"the {load.kind} must be made of numbers, but has {_kind(x)}", "correct it"
                 )
-    for name, x in zip(force.code.states, rates, strict=True):
+    sizes = [(f"the state {name}", 1) for name in force.code.states]
+    names = [name for name, size in (*sizes, *((f"memory.{x}", n) for x, n in force.code.memory)) for _ in range(size)]
+    for name, x in zip(names, rates, strict=True):
         if not _is_number(x):
-            raise ScenarioError.at(place, f"the state {name} needs a number, but it returns {_kind(x)}", "correct it")
+            raise ScenarioError.at(place, f"{name} needs numbers, but gets {_kind(x)}", "correct it")
     returned = [*_numbers(loads), *rates]
     _check_same(place, returned, [*_numbers(loads_again), *rates_again])
     name, why = needs_samples(returned)
@@ -188,8 +186,8 @@ def _try_force(model: Model, force: Force, now: Instant) -> list[Any]:
 
 
 def _initial(force: Force) -> list[Any]:
-    """The initial states of a law."""
-    return [] if force.code is None else [force.initial[name] for name in force.code.states]
+    """The initial states of a law, and its memory."""
+    return [] if force.code is None else list(user_laws.initial(force))
 
 
 def _numbers(loads: Sequence[Load]) -> list[Any]:
@@ -262,9 +260,9 @@ def _state(model: Model, graph: Graph) -> Instant:
     bodies = tuple(tuple(graph.inputs("state", ELEMENT, ELEMENT * i)) for i in range(len(model.bodies)))
     first, states = 0, {}
     for force in model.forces:
-        if force.code is not None and force.code.states:
-            states[force.name] = tuple(graph.inputs("extra", len(force.code.states), first))
-            first += len(force.code.states)
+        if force.code is not None and force.code.kept:
+            states[force.name] = tuple(graph.inputs("extra", force.code.kept, first))
+            first += force.code.kept
     return Instant(bodies, graph.input("clock", 0), states=states)
 
 

@@ -28,7 +28,7 @@ def check_repeats(values: Sequence[object], numbers: Sequence[Any], initial: Seq
     numbers : sequence
         Those of the model, by rows of its parameters; the first run counts.
     initial : sequence
-        The initial states of all laws.
+        The initial states of all laws, each law's memory behind its own.
     """
     outside = [node for node in reached(values) if node.op == "call" and calls.KNOWN[node.args[0]].outside]
     for node in outside:

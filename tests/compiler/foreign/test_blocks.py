@@ -12,6 +12,7 @@ import lienumba
 from lienumba import laws
 from lienumba.compiler import native
 from lienumba.compiler.foreign import blocks
+from lienumba.compiler.foreign.calls import Argument
 from lienumba.errors import BadValueError
 from tests.compiler.evaluation import assert_same_bits
 
@@ -40,7 +41,7 @@ REFUSED = {
     "lienumba.laws",
     "x % 2.0": r"f uses % or // of floats, an operation of a mathematics library \(frem\); take mod and floor of "
     "lienumba.laws",
-    "np.zeros(3)[0] + x": r"f allocates memory \(NRT_\w+\); keep its numbers in variables and tuples, and",
+    "np.zeros(3)[0] + x": r"f allocates memory \(NRT_\w+\); keep numbers in variables, tuples and the law's memory",
     "np.dot(TABLE, TABLE) * x": r"f needs Numba while it runs \(numba_\w+\); write it with loops, or",
     "fast(x)": "f reads fast, which has fastmath, whose bits differ between machines; leave fastmath out",
     "NAMES['a'] * x": "f reads NAMES, a dict, which is not known; let it read numbers, tuples, texts, arrays and",
@@ -131,7 +132,9 @@ def many(x):
 def test_no_c_library_clears_the_memory_of_tuples(monkeypatch):
     """At no level of optimisation."""
     monkeypatch.setattr(blocks, "GUARDED", blocks.GUARDED | {"forceinline": False})
-    made = blocks.compiled(function("many(x)[1] + many(x * x)[2]").py_func, "lienumba_call_many", [0])
+    made = blocks.compiled(
+        function("many(x)[1] + many(x * x)[2]").py_func, "lienumba_call_many", [Argument("number", 1)]
+    )
     assert "@llvm.memset" in made.text
     assert all(b"memset" not in object_code(made.text, level, monkeypatch) for level in (0, 1))
 

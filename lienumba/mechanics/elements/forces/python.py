@@ -5,7 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from lienumba.keys.conversions import timed
-from lienumba.keys.types import OR_FORMULA, Number, Positive, Timed
+from lienumba.keys.types import OR_FORMULA, Count, Number, Positive, Timed
 from lienumba.mechanics.elements.forces.base import FORCES, ForceLaw
 from lienumba.mechanics.elements.names import Names
 from lienumba.mechanics.mechanism.model import Force
@@ -26,6 +26,9 @@ class PythonForce(ForceLaw):
         default={}, description=f"numbers that it gets by name {OR_FORMULA}: {{ kp = 40, kd = 2 }}"
     )
     states: dict[str, Number] = Field(default={}, description="its states and their initial values: { integral = 0 }")
+    memory: dict[str, Count] = Field(
+        default={}, description="arrays that a sampled law keeps for each run, and their sizes: { line = 200 }"
+    )
     every: Positive | None = Field(
         default=None, description="the interval in s at which it is sampled, above 0 (or omit it: at every time)"
     )
@@ -39,6 +42,7 @@ class PythonForce(ForceLaw):
             returns=self.returns,
             joints=tuple(names.joints[name] for name in self.joints),
             states=list(self.states),
+            memory=list(self.memory.items()),
             every=self.every,
         )
         numbers = {name: timed(x) for name, x in self.parameters.items()}
