@@ -101,7 +101,7 @@ def test_on_floats_a_function_writes_to_a_memory():
 
 REFUSED = {
     "longer": ({}, r"model\.forces\.own: longer in .*ValueError: a memory of 60 numbers would get 61"),
-    "wordy": ({}, r"model\.forces\.own: memory\.line needs numbers, but gets \"late\""),
+    "wordy": ({}, r"model\.forces\.own: memory\.line needs a number, but gets \"late\""),
     "absent": ({}, r"the law has no memory lines; it has line"),
     "outside": ({}, r"model\.forces\.own: outside in .*IndexError"),
     "late": ({"every": None}, r"model\.forces\.own\.memory: only a sampled law has a memory; give every"),

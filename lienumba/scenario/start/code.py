@@ -176,7 +176,7 @@ def _try_force(model: Model, force: Force, now: Instant) -> list[Any]:
     names = [name for name, size in (*sizes, *((f"memory.{x}", n) for x, n in force.code.memory)) for _ in range(size)]
     for name, x in zip(names, rates, strict=True):
         if not _is_number(x):
-            raise ScenarioError.at(place, f"{name} needs numbers, but gets {_kind(x)}", "correct it")
+            raise ScenarioError.at(place, f"{name} needs a number, but gets {_kind(x)}", "correct it")
     returned = [*_numbers(loads), *rates]
     _check_same(place, returned, [*_numbers(loads_again), *rates_again])
     name, why = needs_samples(returned)
