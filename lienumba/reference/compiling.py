@@ -15,6 +15,13 @@ LEVEL = 1  # of optimisation; with 3, the heavy top takes as long, and compiling
 LOCK = Lock()  # threads share the setting
 
 
+def is_kept(function: Any) -> bool:
+    """Whether Numba's cache has an entry, compiled from the sources as they are."""
+    folder = Path(function.stats.cache_path)
+    _forget_stale(folder)
+    return any(folder.glob(f"*.{function.__name__}-*.nbi"))
+
+
 def compile_for(function: Any, *arguments: object) -> None:
     """Compile an entry for arguments of these types, or load it from Numba's cache, where that has not been done."""
     with LOCK:

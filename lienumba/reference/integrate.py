@@ -5,7 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lienumba.reference.compiling import compile_for
 from lienumba.reference.mechanism import STATE, SUCCESS, Method, Records, Run, records_of, room_of
+from lienumba.reference.step import march
 from lienumba.reference.table import Table
 
 WINDOW = 128  # steps that are made at a time: for so many the numbers that vary in time are tabulated
@@ -29,9 +31,6 @@ class Runs:
     def integrate(self, runs: np.ndarray, stop: np.ndarray) -> Iterator[tuple[Run, Records]]:
         """Integrate N runs (indices) together; yields where they are and what is stored after each window of steps, and
         ends where stop[0] is set."""
-        from lienumba.reference.compiling import compile_for
-        from lienumba.reference.step import march
-
         mechanism, method, table = self.table.mechanism(runs, self.dropped), self.method, self.table
         records, room = records_of(mechanism, self.outputs), room_of(mechanism, method.b.size)
         run = self._start(runs, mechanism.coordinates.vectors)

@@ -16,6 +16,7 @@ from lienumba.scenario.start.prepare import check_initial
 from tests.facade import ScenarioError, resolve
 from tests.rigs import parts
 from tests.rigs.places import ROOT, SCENARIOS
+from tests.rigs.sweeps import linkage
 
 LOOP = '''"""A user's module."""
 
@@ -265,3 +266,21 @@ def test_another_process_finds_the_function_in_the_cache(loop: Any) -> None:
     hits, states = done.stdout.split()
     assert hits == "1"
     assert np.allclose(np.frombuffer(bytes.fromhex(states)), x.ravel(), rtol=0, atol=1e-12)
+
+
+def test_a_run_that_needs_other_redundant_rows_keeps_its_state(loop: Any) -> None:
+    ready = lienumba.prepare(linkage())
+    k, h = ready.kernels(observe=["position.third.x"]), 2e-3
+    x, p = k.start()
+    workspace, stayed = k.workspace(), np.zeros((len(x), 8), bool)
+    for n in range(80):
+        for block in range(len(x)):
+            before = x[block].copy()
+            failed = loop.march(workspace, x[block : block + 1], p[block : block + 1], n, 1, h)
+            stayed[block] |= np.array([failed >> lane & 1 for lane in range(8)], bool)
+            for lane in np.flatnonzero([failed >> lane & 1 for lane in range(8)]):
+                assert x[block][:, lane].tobytes() == before[:, lane].tobytes()
+    ended = stayed.ravel()[:20]
+    assert 0 < ended.sum() < 20
+    ds, found = ready.run().isel(time=-1), of_runs(k, x, p, 0.16)["position.third.x"][:20]
+    assert (found == ds.position.sel(body="third", axis="x").values)[~ended].all()

@@ -8,6 +8,7 @@ import pytest
 
 import lienumba
 from tests.facade import JOINTS
+from tests.rigs.sweeps import linkage
 
 pytestmark = [pytest.mark.release, pytest.mark.usefixtures("compiled")]
 STATE = ["position", "rotation", "velocity", "angular_velocity"]
@@ -61,6 +62,15 @@ def test_the_inverse_of_dexp_is_the_series_or_its_sum(dexpinv, method):
     keys = {"integrator.dexpinv": dexpinv, "integrator.method": method, "integrator.step": 2e-3}
     found = differences("scenarios/heavy_top.toml", keys | {"integrator.end_time": 0.1, "output.every": 0.02})
     assert max(found[name] for name in STATE) < 1e-11
+
+
+def test_a_run_that_needs_other_redundant_rows_ends_with_a_status():
+    ours, others = (lienumba.run(linkage(), overrides=engine) for engine in ({}, {"integrator.engine": "numba"}))
+    assert (ours.status == 0).all()
+    good = others.status.values == 0
+    assert 0 < good.sum() < 20
+    assert {*others.status.values[~good]} == {2}
+    np.testing.assert_allclose(others.position.values[good], ours.position.values[good], rtol=0, atol=1e-12)
 
 
 def test_the_order_is_that_of_the_tableau():

@@ -17,8 +17,10 @@ from lienumba.integrators.codes import LARGEST_STAGE, QUARTER
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.tracing.augmented_state import counted_angles
 from lienumba.mechanics.system.kkt import Structure
+from lienumba.reference.compiling import is_kept
 from lienumba.reference.integrate import Runs
 from lienumba.reference.mechanism import CLOSED, IDENTITY, MASS, NONE, PLACES, Method, Run
+from lienumba.reference.step import march
 from lienumba.reference.table import Table
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Prepared
@@ -35,8 +37,9 @@ def chunks(
     results: Results | None = None,
     begin: Callable[[], None] = lambda: None,
 ) -> Iterator[Task[Piece]]:
-    """The tasks of all portions; begin: called before the first, which compiles what no cache has."""
-    begin()
+    """The tasks of all portions; begin: called where the first compiles, because no cache has it."""
+    if not is_kept(march):
+        begin()
     for prepared in portions:
         results = results or Results(resolved, prepared.nominal)
         work, total = _Work.of(resolved, prepared, results), len(prepared.states)

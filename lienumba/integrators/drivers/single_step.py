@@ -32,7 +32,7 @@ def step(
     one: Step, kernels: Integers1, nodes: Floats1, sizes: Sizes, at: Workspace, limit: int, tolerance: float
 ) -> None:
     """Advance the state by one step with its projections. The row `STATUS` gets the code of each lane; a lane whose
-    step fails keeps its state. limit, tolerance: of the projections."""
+    step fails, or leads to where other rows of C are needed, keeps its state. limit, tolerance: of the projections."""
     x, p, clock, status = one.state, one.parameters, at.clock, at.lanes + ROW * STATUS
     rows, q = layout.state_rows(sizes), sizes.exchangeable
     places = Places(at.new, at.now, at.following)
@@ -52,17 +52,17 @@ def step(
     places = stages.project(
         kernels, sizes, p, places, True, at, status, every, at.lanes + ROW * ITERATIONS, table, limit, tolerance
     )
+    if q > 0:
+        best = load(x, layout.element_rows(sizes) + sizes.first_mask + q)
+        weak = (load(status, 0) == 0.0) & (margin < WEAKENED * best)
+        if any_lane(weak):
+            others = stages.reselect(kernels, sizes, places.new, p, at, weak, table, places.new)
+            store(status, 0, choose(others, codes.RESELECT, load(status, 0)))
     good = load(status, 0) == 0.0
     if all_lanes(good):
         copy(x, places.new, rows)
     else:
         commit(good, x, places.new, rows)
-    if q > 0:
-        weak = good & (margin < WEAKENED * load(x, layout.element_rows(sizes) + sizes.first_mask + q))
-        if any_lane(weak):
-            others = stages.reselect(kernels, sizes, x, p, at, weak, table, x)
-            if sizes.fixed != 0:
-                store(status, 0, choose(others, codes.RESELECT, load(status, 0)))
 
 
 def evaluate(
