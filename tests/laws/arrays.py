@@ -79,3 +79,30 @@ def by_gust(joint, *, gain, gust):
 
 def by_gust_traced(joint, *, gain, gust):
     return joint.effort(gain * (2.0 * gust - 0.5))
+
+
+@lienumba.batched(outputs=1)
+def mean(angle):
+    return angle - angle.mean()
+
+
+def by_mean(joint, *, limit):
+    return joint.effort(mean(joint.angle))
+
+
+@lienumba.batched(outputs=1)
+def of_first(limit):
+    return np.full(8, limit[0])
+
+
+def by_limits(joint, *, limit):
+    return joint.effort(of_first(limit))
+
+
+@lienumba.batched(outputs=1)
+def complex_torque(angle):
+    return 1j * angle
+
+
+def by_complex(joint, *, limit):
+    return joint.effort(complex_torque(joint.angle))

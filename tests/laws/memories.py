@@ -54,6 +54,27 @@ def ring(joint, *, limit, memory, states):
     return joint.effort(torque), {"count": count}
 
 
+@lienumba.jit
+def counted(first, second):
+    first[0] += 1.0
+    return second[0]
+
+
+def twice(joint, *, gain, memory):
+    return joint.effort(gain * counted(memory.line, memory.line))
+
+
+def set_state(joint, *, limit, memory, states):
+    states.count = states.count + 1
+    return joint.effort(limit), {"count": states.count}
+
+
+def late_by_name(joint, *, gain, memory):
+    torque = -gain * memory.line[0]
+    memory.line = [*memory.line[1:], joint.angle]
+    return joint.effort(torque)
+
+
 def longer(joint, *, gain, memory):
     memory.line[:] = [*memory.line, joint.angle]
     return joint.effort(gain)

@@ -64,7 +64,7 @@ def test_what_comes_late_comes_when_the_memory_is_full():
     assert differs[0] == SIZE + 1  # sampled at 0.6 s, and seen a step later
 
 
-@pytest.mark.parametrize("function", ["late_jitted", "late_batched"])
+@pytest.mark.parametrize("function", ["late_jitted", "late_batched", "late_by_name"])
 def test_a_law_has_the_bits_of_the_traced_one(function):
     np.testing.assert_array_equal(run(delayed(function)).position, run(delayed("late")).position)
 
@@ -101,6 +101,8 @@ def test_on_floats_a_function_writes_to_a_memory():
 
 REFUSED = {
     "longer": ({}, r"model\.forces\.own: longer in .*ValueError: a memory of 60 numbers would get 61"),
+    "twice": ({}, r"model\.forces\.own: counted gets one array of a memory twice; give it once"),
+    "set_state": ({"parameters": {"limit": 1}, "states": {"count": 0}}, "a law does not set its state count, but"),
     "wordy": ({}, r"model\.forces\.own: memory\.line needs a number, but gets \"late\""),
     "absent": ({}, r"the law has no memory lines; it has line"),
     "outside": ({}, r"model\.forces\.own: outside in .*IndexError"),

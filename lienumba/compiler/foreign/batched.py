@@ -81,6 +81,8 @@ class Batched(PythonFunction):
         found = self.py_func(*(given_as[x.kind](rows) for x, rows in zip(arguments, parts, strict=True)))
         listed = found if isinstance(found, TUPLES) or np.ndim(found) == 2 else (found,)
         shapes = [np.shape(x) for x in listed]
+        if any(np.iscomplexobj(x) for x in listed):
+            raise BadValueError(f"{self.__name__} returns complex numbers", "return real ones")
         if found is None or len(shapes) != self.outputs or not {*shapes} <= {(), (W,)}:
             kind = "nothing" if found is None else f"shapes {shapes}"
             rule = f"{self.__name__} must return {self.outputs} arrays of shape ({W},), but returns {kind}"
@@ -122,7 +124,7 @@ class Batched(PythonFunction):
                 warnings.warn(said, RuntimeWarning, stacklevel=1)
 
 
-def batched(*, outputs: int) -> Callable[[Callable[..., Any]], Batched]:
+def batched(function: object = None, /, *, outputs: int = 0) -> Callable[[Callable[..., Any]], Batched]:
     """Let sampled laws call a function of Python that gets arrays of runs, such as a policy network.
 
     It may use any package. It is called at every sample (`every`) for the eight runs of a block at once, by one thread
@@ -148,8 +150,8 @@ def batched(*, outputs: int) -> Callable[[Callable[..., Any]], Batched]:
     ValueError
         For what is not a plain function, and for outputs below 1.
     """
-    if not isinstance(outputs, int) or outputs < 1:
-        rule = f"outputs = {outputs!r} must be a whole number from 1 on"
+    if not isinstance(outputs, int) or isinstance(outputs, bool) or outputs < 1:
+        rule = f"outputs = {outputs!r} must be a whole number from 1 on" if function is None else "outputs is missing"
         raise BadValueError(rule, "write @lienumba.batched(outputs=1)")
 
     def decorated(function: Callable[..., Any]) -> Batched:

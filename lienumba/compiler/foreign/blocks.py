@@ -22,7 +22,7 @@ from lienumba.compiler.foreign.identity import identity
 from lienumba.compiler.foreign.jitted import Jitted
 from lienumba.errors import BadValueError
 
-OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # 1/0 is infinite
+OPTIONS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # 1/0 raises
 GUARDED = OPTIONS | {"boundscheck": True, "forceinline": True}  # an index out of range raises
 EXACT = (  # intrinsics of LLVM that are instructions, or exact
     "abs", "assume", "bswap", "ceil", "copysign", "ctlz", "ctpop", "cttz", "expect", "experimental", "fabs", "floor",
@@ -30,7 +30,7 @@ EXACT = (  # intrinsics of LLVM that are instructions, or exact
     "rint", "round", "roundeven", "sadd", "smax", "smin", "smul", "sqrt", "ssub", "stackrestore", "stacksave", "trunc",
     "uadd", "umax", "umin", "umul", "usub", "vector",
 )  # fmt: skip
-LAWS = {"pow": "exp and log", "exp2": "exp"}  # functions of lienumba.laws in place of a symbol
+LAWS = {"pow": "exp and log, as exp(x*log(a))", "exp2": "exp, as exp(x*log(2))"}  # in place of a symbol
 REMEDIES = (  # by how a symbol begins
     ("frem", "uses % or // of floats, an operation of a mathematics library", "take mod and floor of lienumba.laws"),
     ("mem", "moves memory", "write it with loops over numbers"),
@@ -39,8 +39,14 @@ REMEDIES = (  # by how a symbol begins
     ("Py", "needs Python while it runs", "let it raise with constant texts, and print nothing"),
     ("numba_", "needs Numba while it runs", "write it with loops, or with functions of lienumba.laws"),
 )
+NUMBA_SAYS = (  # what a message of Numba's has in it, and the remedy
+    ("getitem", "numbers arrive as floats: write int(n) for an index"),
+    ("re-entrant", "let it not call itself, and write a loop"),
+    ("is not defined", "correct the name, or define it above"),
+)
 # Of a size that is known, as of tuples: LLVM may call the C library for the first kind, and never for the second.
 MEMORY = re.compile(r"@llvm\.mem(set\.p0|cpy\.p0\.p0)\.i64(\([^()]*(?:\(\d+\)[^()]*)*, i64 \d+, i1 false\))")
+WHOLE = re.compile(r"= fpto([su])i double (\S+) to (i\d+)")  # undefined beyond what fits, in other ways on each machine
 ROOT = "@llvm.sqrt.f64("  # an instruction, in place of the function of the C library
 INLINE = (
     "\ndeclare void @llvm.memset.inline.p0.i64(ptr, i8, i64 immarg, i1 immarg)"
@@ -80,7 +86,8 @@ def compiled(function: FunctionType, symbol: str, arguments: Sequence[Argument])
         whole.compile(signature)
     except (NumbaError, UnsupportedBytecodeError) as error:
         said = _said(str(error), function.__code__.co_filename)
-        raise BadValueError(f"Numba cannot compile {function.__name__}: {said}", "correct it") from None
+        remedy = next((remedy for sign, remedy in NUMBA_SAYS if sign in said), "correct it")
+        raise BadValueError(f"Numba cannot compile {function.__name__}: {said}", remedy) from None
     made = whole.overloads[signature]
     text = _complete(function.__name__, made.library.get_llvm_str(), made.fndesc.llvm_func_name, symbol)
     outputs = own + sum(x.size for x in arguments if x.kind == "array")
@@ -163,10 +170,13 @@ def _complete(name: str, text: str, entry: str, symbol: str) -> str:
 
 
 def _without_library(text: str) -> str:
-    """The text with instructions for roots, and for memory of a size that is known."""
-    declared = f"declare double {ROOT}double)\n" if ROOT not in text else ""
+    """The text with instructions for roots, for memory of a size that is known, and for whole numbers of floats, where
+    what does not fit becomes the nearest that does."""
+    declared = [f"declare double {ROOT}double)"] if ROOT not in text else []
+    declared += {f"declare {size} @llvm.fpto{sign}i.sat.{size}.f64(double)" for sign, _, size in WHOLE.findall(text)}
     text = re.sub(r"^declare .*@sqrt\(.*$", "", text, flags=re.MULTILINE).replace("@sqrt(", ROOT)
-    return MEMORY.sub(_inline, text) + INLINE + declared
+    text = WHOLE.sub(r"= call \3 @llvm.fpto\1i.sat.\3.f64(double \2)", text)
+    return "\n".join([MEMORY.sub(_inline, text), INLINE, *declared])
 
 
 def _inline(found: re.Match[str]) -> str:

@@ -92,6 +92,8 @@ class PythonFunction(Function):
         bound = self._signature.bind(*arguments, **named)
         bound.apply_defaults()
         numbers, arrays = flat(self.__name__, bound.args), [x for x in bound.args if isinstance(x, Memory)]
+        if len({id(x) for x in arrays}) < len(arrays):
+            raise BadValueError(f"{self.__name__} gets one array of a memory twice", "give it once")
         return self.compiled([Argument.of(x) for x in bound.args]).called(numbers, arrays)
 
     def compiled(self, arguments: Sequence[Argument]) -> Foreign:

@@ -23,7 +23,7 @@ REMEDY = "let it read numbers, tuples, texts, arrays and functions only, or make
 
 
 def identity(function: FunctionType) -> str:
-    """The digest. Raises BadValueError for a value that is not known, and for a function with fastmath."""
+    """The digest. Raises BadValueError for a value that is not known, and for functions that Numba has compiled."""
     digest = hashlib.sha256()
     for text in _function(function, {id(function)}):
         digest.update(text + b"\0")
@@ -50,9 +50,9 @@ def _function(function: FunctionType, seen: set[int]) -> Iterator[bytes]:
 def _value(place: str, x: Any, names: tuple[str, ...], seen: set[int]) -> Iterator[bytes]:
     """What a value says; names: what may be read of it, if it is a module."""
     function = getattr(x, "py_func", x)
-    if getattr(x, "targetoptions", {}).get("fastmath"):
-        rule = f"{place}, which has fastmath, whose bits differ between machines"
-        raise BadValueError(rule, "leave fastmath out")
+    if hasattr(x, "targetoptions") and not _of_library(function.__module__ or ""):
+        rule = f"{place}, which numba compiles without checks of indices"
+        raise BadValueError(rule, "decorate it with lienumba.jit")
     if isinstance(x, bool | int | float | complex | str | bytes | None):
         yield repr((type(x).__name__, x)).encode()
     elif isinstance(x, tuple):

@@ -72,6 +72,9 @@ def jit(function: Callable[..., Any]) -> Jitted:
     if not isinstance(function, FunctionType):
         rule = f"lienumba.jit takes a plain function, not a {type(function).__name__}"
         raise BadValueError(rule, "write it with def")
+    if function.__qualname__.rpartition(".")[0].rpartition(".")[2] not in ("", "<locals>"):
+        rule = f"lienumba.jit takes a plain function, not the method {function.__qualname__}"
+        raise BadValueError(rule, "write it outside of the class")
     for x in inspect.signature(function).parameters.values():
         if x.kind not in (x.POSITIONAL_ONLY, x.POSITIONAL_OR_KEYWORD):
             raise BadValueError(f"{function.__name__} takes {x}", "name each argument, and give it in its place")

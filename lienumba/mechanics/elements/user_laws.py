@@ -31,8 +31,13 @@ class States:
     """The states of a law, or the arrays of its memory, by their names."""
 
     def __init__(self, values: dict[str, Any], what: str = "state") -> None:
-        self.__dict__.update(values)
-        self.__what = what
+        self.__dict__.update(values, _States__what=what)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        array = self.__dict__.get(name)
+        if not isinstance(array, laws.Memory):
+            raise AttributeError(f"a law does not set its {self.__what} {name}, but returns it")
+        array[:] = value
 
     def __getattr__(self, name: str) -> Any:
         known = ", ".join(x for x in self.__dict__ if not x.startswith("_"))

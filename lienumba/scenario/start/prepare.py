@@ -222,6 +222,9 @@ def _check_forces(model: Model, now: Instant) -> None:
             raise ScenarioError.at(
                 f"model.forces.{force.name}", "divides by zero at the start", "write it so that it is finite there"
             ) from None
+        if not finite and force.code is not None and force.code.untraced:
+            rule = f"calls {force.code.untraced[0]}, which raises at the start, or returns what is not finite"
+            raise ScenarioError.at(f"model.forces.{force.name}", rule, "call it with numbers as they are at the start")
         if not finite:
             raise ScenarioError.at(f"model.forces.{force.name}", *law_of(force).infinite)
 
