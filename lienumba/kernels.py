@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit, types
-from numba.core.errors import TypingError
 from numba.extending import intrinsic
 
 from lienumba.compiler.rows import W
@@ -25,7 +24,7 @@ FACTS, STEP, STEP_FLOATS, EVALUATE, EVALUATE_FLOATS, PREPARE, HEAD = range(0, 7 
     EQUATIONS, OBSERVE, CODES,
 ) = range(13)  # fmt: skip
 KNOWN = int.from_bytes(hashlib.sha256(Path(__file__).read_bytes()).digest()[:7])  # of this version of the head
-CONTIGUOUS = "workspace, state, parameters, out: must be contiguous arrays of float64; give such as states[block]"
+OTHER_SHAPE, OTHER_KIND = -1, -2  # instead of the length of what is no array of that shape, or no such array
 
 
 class RightHandSide(NamedTuple):
@@ -95,30 +94,49 @@ def _call(typing: Any, routine: Any, whole: Any, floats: Any) -> Any:
 
 @intrinsic
 def _address(typing: Any, x: Any) -> Any:
-    """The address of an array's first number."""
-    if not (isinstance(x, types.Array) and x.dtype == types.float64 and x.layout == "C"):
-        raise TypingError(CONTIGUOUS)
+    """The address of an array's first number; 0 of what is no contiguous array of float64."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        array = context.make_array(x)(context, builder, arguments[0])
-        return builder.ptrtoint(array.data, context.get_value_type(types.int64))
+        number = context.get_value_type(types.int64)
+        if not _is_contiguous(x):
+            return number(0)
+        return builder.ptrtoint(context.make_array(x)(context, builder, arguments[0]).data, number)
 
     return types.int64(x), code
 
 
 @intrinsic
+def _size(typing: Any, x: Any) -> Any:
+    """The length of an array of one dimension; OTHER_SHAPE or OTHER_KIND of anything else."""
+    return types.int64(x), _length(x, 1)
+
+
+@intrinsic
 def _rows(typing: Any, x: Any) -> Any:
-    """The length of an array's first dimension; -1 if a second one is not of 8 runs."""
+    """The rows of an array (rows, 8); OTHER_SHAPE or OTHER_KIND of anything else."""
+    return types.int64(x), _length(x, 2)
+
+
+def _length(x: Any, dimensions: int) -> Any:
+    """The code for the length of the first of so many dimensions, of which a second one is that of 8 runs."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        number = context.get_value_type(types.int64)
+        if not _is_contiguous(x) or x.ndim != dimensions:
+            return number(OTHER_SHAPE if _is_contiguous(x) else OTHER_KIND)
         shape = context.make_array(x)(context, builder, arguments[0]).shape
-        rows = builder.extract_value(shape, 0)
-        if x.ndim == 1:
-            return rows
-        fits = builder.icmp_signed("==", builder.extract_value(shape, x.ndim - 1), rows.type(W))
-        return builder.select(fits, rows, rows.type(-1))
+        length = builder.extract_value(shape, 0)
+        if dimensions == 1:
+            return length
+        fits = builder.icmp_signed("==", builder.extract_value(shape, 1), number(W))
+        return builder.select(fits, length, number(OTHER_SHAPE))
 
-    return types.int64(x), code
+    return code
+
+
+def _is_contiguous(x: Any) -> bool:
+    """Whether a type of Numba's is a contiguous array of float64."""
+    return isinstance(x, types.Array) and x.dtype == types.float64 and x.layout == "C"
 
 
 @intrinsic
@@ -162,9 +180,12 @@ def _head(base: int, size: int) -> int:
 @njit(error_model="numpy", forceinline=True)
 def _block(address: int, rows: int, needed: int) -> int:
     """The address of an array of a block."""
-    if rows < needed:
+    if rows != needed:
+        if rows == OTHER_KIND:
+            raise ValueError("state, parameters, out: must be contiguous arrays of float64; give such as states[block]")
         raise ValueError(
-            "state, parameters, out: has too few rows, or not 8 columns; take the arrays of this mechanism"
+            "state, parameters, out: must have the dimensions (rows, 8), with the rows of this mechanism; give one "
+            "block of its arrays, such as states[block]"
         )
     return address
 
@@ -209,7 +230,7 @@ def step(workspace: Any, state: Any, parameters: Any, t: float, h: float) -> int
     ValueError
         If the workspace or an array is not of this mechanism.
     """
-    base, n = _head(_address(workspace), _rows(workspace)), np.rint(t / h)
+    base, n = _head(_address(workspace), _size(workspace)), np.rint(t / h)
     _put(base, STEP, _block(_address(state), _rows(state), _get(base, STATE_ROWS)))
     _put(base, STEP + 1, _block(_address(parameters), _rows(parameters), _get(base, PARAMETER_ROWS)))
     _put(base, STEP_FLOATS, float(t))
@@ -242,7 +263,7 @@ def rhs(workspace: Any, state: Any, parameters: Any, t: float, out: RightHandSid
     ValueError
         If the workspace or an array is not of this mechanism.
     """
-    _evaluate(_head(_address(workspace), _rows(workspace)), state, parameters, t, RHS, RHS_ROWS, out.rows)
+    _evaluate(_head(_address(workspace), _size(workspace)), state, parameters, t, RHS, RHS_ROWS, out.rows)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -261,7 +282,7 @@ def equations(workspace: Any, state: Any, parameters: Any, t: float, out: Equati
     ValueError
         If the workspace or an array is not of this mechanism.
     """
-    _evaluate(_head(_address(workspace), _rows(workspace)), state, parameters, t, EQUATIONS, EQUATION_ROWS, out.rows)
+    _evaluate(_head(_address(workspace), _size(workspace)), state, parameters, t, EQUATIONS, EQUATION_ROWS, out.rows)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -280,7 +301,7 @@ def observe(workspace: Any, state: Any, parameters: Any, t: float, out: Any) -> 
     ValueError
         If the workspace or an array is not of this mechanism.
     """
-    base = _head(_address(workspace), _rows(workspace))
+    base = _head(_address(workspace), _size(workspace))
     if _get(base, OBSERVE) == 0:
         raise ValueError("observe: was asked for nothing; name variables when you make the kernels")
     _evaluate(base, state, parameters, t, OBSERVE, OBSERVED_ROWS, out)
@@ -302,6 +323,6 @@ def prepare(workspace: Any, parameters: Any) -> None:
     ValueError
         If the workspace or the array is not of this mechanism.
     """
-    base = _head(_address(workspace), _rows(workspace))
+    base = _head(_address(workspace), _size(workspace))
     _put(base, PREPARE, _block(_address(parameters), _rows(parameters), _get(base, PARAMETER_ROWS)))
     _call(_get(base, PREPARES), base + 8 * PREPARE, 0)
