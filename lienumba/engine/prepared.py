@@ -98,14 +98,14 @@ class Prepared:
         threads = Threads(resolved, workers or usable_cores(), results=results)
         return in_memory(resolved, wanted, threads, _untold, results)
 
-    def kernels(self, observe: Sequence[str] = ()) -> "Kernels":
+    def kernels(self, observe: str | Sequence[str] = ()) -> "Kernels":
         """Compile the mechanism into functions that code under Numba's `@njit` calls.
 
         Parameters
         ----------
-        observe : sequence of str
-            What the function `observe` evaluates: names of numbers that the dataset has over time, such as
-            "position.top.z".
+        observe : str or sequence of str
+            What the function `observe` evaluates: the name of a number that the dataset has over time, such as
+            "position.top.z", or several.
 
         Returns
         -------
@@ -123,7 +123,8 @@ class Prepared:
         refuse(self._resolved, self._nominal)
         from lienumba.engine.kernels.kernels import Kernels
 
-        return Kernels(self._resolved, self._nominal, self._chosen, tuple(observe))
+        names = (observe,) if isinstance(observe, str) else tuple(observe)
+        return Kernels(self._resolved, self._nominal, self._chosen, names)
 
     def _chosen(
         self, parameters: Mapping[str, Any] | None, samples: Any, runs: Sequence[int] | None

@@ -199,16 +199,33 @@ def test_a_lane_that_fails_keeps_its_state_and_the_others_go_on(loop: Any) -> No
 
 
 def test_arrays_of_other_shapes_are_refused() -> None:
-    k = prepared("heavy_top", 2)[0].kernels()
-    x, p = k.start()
-    with pytest.raises(ValueError, match="too few rows"):
-        k.step(k.workspace(), x[0, :5], p[0], 0.0, 1e-3)
-    with pytest.raises(ValueError, match="was not made by this version"):
-        k.step(np.zeros(1000), x[0], p[0], 0.0, 1e-3)
-    with pytest.raises(Exception, match="contiguous"):
-        k.step(k.workspace(), x[0].T, p[0], 0.0, 1e-3)
+    k = prepared("heavy_top", 2)[0].kernels(observe=["position.top.x"])
+    (x, p), workspace, out, r = k.start(), k.workspace(), np.zeros((1, 8)), k.right_hand_side()
+    one, deep, plain = x[0], np.zeros((3, *x[0].shape)), np.zeros(18)
+    for other in (one[:5], np.concatenate([one, one]), deep, plain, one[:, :4].copy()):
+        with pytest.raises(ValueError, match="rows, 8"):
+            k.step(workspace, other, p[0], 0.0, 1e-3)
+    for other in (p, p[0, :-1], p[0].ravel()):
+        with pytest.raises(ValueError, match="rows, 8"):
+            k.step(workspace, one, other, 0.0, 1e-3)
+    for other in (out[0], out[0, :1], np.zeros((2, 8))):
+        with pytest.raises(ValueError, match="rows, 8"):
+            k.observe(workspace, one, p[0], 0.0, other)
+    for other in (r.rows[1:], r.rows.ravel()):
+        with pytest.raises(ValueError, match="rows, 8"):
+            k.rhs(workspace, one, p[0], 0.0, r._replace(rows=other))
+    other = prepared("four_bar", 2)[0].kernels().start()
+    with pytest.raises(ValueError, match="rows, 8"):
+        k.step(workspace, other.states[0], other.parameters[0], 0.0, 1e-3)
+    for other in (np.zeros(1000), k.workspace(2), 0):
+        with pytest.raises(ValueError, match="was not made by this version"):
+            k.step(other, one, p[0], 0.0, 1e-3)
+    for other in (np.asfortranarray(one), one.astype(int), one.astype(np.float32), 3):
+        with pytest.raises(ValueError, match="contiguous"):
+            k.step(workspace, other, p[0], 0.0, 1e-3)
+    workspace = prepared("heavy_top", 2)[0].kernels().workspace()
     with pytest.raises(ValueError, match="name variables"):
-        k.observe(k.workspace(), x[0], p[0], 0.0, np.zeros((1, 8)))
+        k.observe(workspace, one, p[0], 0.0, out)
 
 
 REFUSED: dict[str, tuple[str, dict[str, Any], str]] = {
@@ -250,8 +267,28 @@ def test_names_that_have_no_row_are_refused() -> None:
             k.row(name)
     with pytest.raises(ScenarioError, match="is 3 numbers"):
         lienumba.prepare(system, allow_code=True).kernels(observe=["position.pole"])
+    with pytest.raises(ScenarioError, match='the nearest known name is "kinetic_energy"'):
+        lienumba.prepare(system, allow_code=True).kernels(observe=["kinetic_enrgy"])
+    with pytest.raises(ScenarioError, match=r'the nearest known name is "velocity\.pole\..'):
+        k.row("velocity.pole.q")
+    with pytest.raises(ScenarioError, match="joint coordinates; read it by observe"):
+        lienumba.prepare(cart_and_pole(coordinates="joint")).kernels().row("velocity.pole.z")
     with pytest.raises(ScenarioError, match="name what varies in"):
         k.start({"parameters.still": 2.0})
+
+
+def test_tables_are_kept_once_and_a_single_name_is_observed() -> None:
+    system = cart_and_pole().to_dict()
+    system["tables"] = {"course": {"times": [-1, 0, 1, 2], "values": [0, 1, 3, 2], "interpolation": "cubic"}}
+    system["model"]["forces"].append(
+        {"name": "wind", "type": "force", "body": "cart", "point": [0, 0, 0], "value": ["course(at.x)", 0, 0]}
+    )
+    system["quantities"] = [{"name": "at", "type": "point", "body": "cart", "point": [0, 0, 0]}]
+    k = lienumba.prepare(system, allow_code=True).kernels(observe="kinetic_energy")
+    assert k.observed == ("kinetic_energy",)
+    one, *others = [k.start() for _ in range(3)]
+    assert len(k._tables) == 1
+    assert all(x.parameters.tobytes() == one.parameters.tobytes() for x in others)
 
 
 def test_another_process_finds_the_function_in_the_cache(loop: Any) -> None:

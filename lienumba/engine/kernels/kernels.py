@@ -2,6 +2,7 @@
 
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -77,7 +78,7 @@ class Kernels:
         self._hoisting = np.array(self._evaluating.prepares, np.int64)
         self._prepares = np.array([*self._machine.prepares, *self._hoisting], np.int64)
         self.state_rows, self.observed = layout.state_rows(self._machine.sizes), tuple(observe)
-        self._tables: list[Numbers] = []  # of which parameters have the addresses
+        self._tables: dict[bytes, Numbers] = {}  # of which parameters have the addresses, each once
 
     def start(
         self,
@@ -116,7 +117,8 @@ class Kernels:
                 "name what varies in sweep.vary, or give such numbers when you prepare",
             )
         batch = batch_of(resolved, prepared, self._outline, self._machine)
-        self._tables += [x for x in batch.parameters if isinstance(x, Numbers)]
+        own = [self._kept(x) if isinstance(x, Numbers) else x for x in batch.parameters]
+        batch = replace(batch, parameters=own)
         found = Blocks(*begin(batch, slice(0, len(labels)), self._evaluating.parameters, {}))
         room = aligned(self._evaluating.work_rows, W)
         for block in found.parameters:
@@ -195,7 +197,7 @@ class Kernels:
             If it is in no row, or if it decides about several numbers.
         """
         bodies = () if self._machine.kernels[layout.PLACE] else self._first.model.bodies
-        found = rows.state_rows(bodies).get(name)
+        found = rows.state_row(bodies, name)
         return rows.parameter_row(self._resolved, self._first, name) if found is None else found
 
     def needs_prepare(self, path: str) -> bool:
@@ -218,6 +220,10 @@ class Kernels:
         """
         row = rows.parameter_row(self._resolved, self._first, path)
         return row in self._evaluating.hoists or row in self._outline.hoists
+
+    def _kept(self, table: Numbers) -> Numbers:
+        """A table that stays in memory, because copies of parameters may have its address."""
+        return self._tables.setdefault(table.array.tobytes(), table)
 
     @staticmethod
     def _shape_of(resolved: Scenario, prepared: Prepared) -> tuple[object, ...]:

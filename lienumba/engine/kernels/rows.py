@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from lienumba.engine.results import Results
-from lienumba.errors import BadValueError, ScenarioError
+from lienumba.errors import ScenarioError
 from lienumba.integrators.tracing.evaluating.kernels import Wanted
 from lienumba.integrators.tracing.template import Slot, leaves, split
 from lienumba.mechanics.mechanism.model import Body
@@ -13,7 +13,7 @@ from lienumba.scenario.base import paths
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Prepared, prepare
 from lienumba.store.names import COURSE, match
-from lienumba.words import show
+from lienumba.words import show, suggestion
 
 PROBE = 2.0**-10  # by how much a number is changed to find its row, relative to it or to 1
 AXES = tuple(f".{x}" for x in "xyz")
@@ -26,6 +26,16 @@ def state_rows(bodies: Sequence[Body]) -> dict[str, int]:
     """The rows of bodies in a state, by the names that the dataset has."""
     names = [f"{part}.{body.name}{x}" for body in bodies for part, components in PARTS.items() for x in components]
     return {name: n for n, name in enumerate(names)}
+
+
+def state_row(bodies: Sequence[Body], name: str) -> int | None:
+    """The row of a state that has this name, None for what is no part of a state; bodies: none if the state is of joint
+    coordinates."""
+    known = state_rows(bodies)
+    if name not in known and name.partition(".")[0] in PARTS:
+        remedy = suggestion(name, known) if bodies else "the state is of joint coordinates; read it by observe"
+        raise ScenarioError.at(name, "is in no row of a state", remedy)
+    return known.get(name)
 
 
 def parameter_row(resolved: Scenario, prepared: Prepared, path: str) -> int:
@@ -77,9 +87,8 @@ def wanted(results: Results, observed: Iterable[str], names: Sequence[str]) -> W
         own = [x for x in match(name, known) if x in every]
         if len(own) != 1:
             rule = f"is {len(own)} numbers" if own else "is no number of a state that is stored"
-            raise ScenarioError(
-                BadValueError(rule, f"give one, such as {show((own or every)[0].name)}").at("observe", name)
-            )
+            remedy = f"give one, such as {show(own[0].name)}" if own else suggestion(name, [x.name for x in every])
+            raise ScenarioError.at("observe", rule, remedy, name)
         components = [x.place for x in every if x.variable == own[0].variable]
         found.append((own[0].variable, components.index(own[0].place)))
     return found
