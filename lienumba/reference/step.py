@@ -242,6 +242,6 @@ def march(
                     run.code[lane] = SINGULAR
         for kind in range(2):
             weight = method.positions if kind == 0 else method.velocities
-            if weight != NONE:
+            if weight != NONE and constraints.used.size > 0:
                 project(mechanism, method, numbers[n, stages], run, room, weight)
         commit(method, run, room)

@@ -57,6 +57,11 @@ def test_the_examples_of_the_paper_and_a_loop(name, way):
     assert found["position_iterations"] == 0
 
 
+def test_bodies_without_constraints():
+    found = differences("scenarios/dzhanibekov.toml", {"integrator.end_time": 0.4, "output.every": 0.1})
+    assert max(found.values()) < 1e-11
+
+
 @pytest.mark.parametrize(("dexpinv", "method"), [("closed", "rk4"), (5, "dop853"), (0, "midpoint")])
 def test_the_inverse_of_dexp_is_the_series_or_its_sum(dexpinv, method):
     keys = {"integrator.dexpinv": dexpinv, "integrator.method": method, "integrator.step": 2e-3}

@@ -55,7 +55,7 @@ def records_of(
 
 def _rows(records: np.ndarray) -> list[np.ndarray]:
     """Records (outputs, rows, N) row by row, each for all outputs and runs."""
-    return list(records.swapaxes(0, 1).reshape(records.shape[1], -1))
+    return [records[:, n].reshape(-1) for n in range(records.shape[1])]
 
 
 def observer(structure: Structure, reactions: bool) -> Callable[[Model, Instant, list[Any], list[Any]], Named]:
