@@ -1,5 +1,9 @@
-"""The same samples by two engines, and the largest differences between them: a check of the compiled engine by one that
-shares neither graph, elimination, derivatives nor drivers with it."""
+"""Compare two engines on the same samples: the compiled one, and that of the paper's formulas in plain Numba.
+
+Equations of motion, elimination, Jacobians, steps and projections are those of each. The start, the choice of redundant
+rows, the values and rates of formulas of time, and what is computed of a stored state (energies, violations, forces of
+joints) come from the same code: no difference shows a mistake there.
+"""
 
 import os
 from collections.abc import Mapping
@@ -8,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lienumba.batch.statuses import GOOD, STATUSES
 from lienumba.engine.cores import usable_cores
 from lienumba.engine.replay import scenario_of
 from lienumba.errors import ScenarioError
@@ -19,7 +24,8 @@ from lienumba.words import plural
 if TYPE_CHECKING:
     import xarray as xr
 
-    from lienumba.engine.simulate import Tell
+    from lienumba.engine.simulate import Runs, Tell
+    from lienumba.scenario.start.prepare import Nominal
 
 STATE = ("position", "rotation", "velocity", "angular_velocity")  # by which engines are judged
 AGREE = 1e-9  # relative to the largest value of a variable: differences of roundoff in some hundred steps
@@ -60,31 +66,40 @@ def check(
     allow_code: bool = False,
 ) -> Check:  # fmt: skip
     """Simulate the first runs of a scenario or a dataset (.nc) by both engines, for so many steps at most."""
-    from lienumba.engine.runner import in_memory, runs_of
-    from lienumba.engine.simulate import Runs, Threads
+    from lienumba.engine.runner import in_memory
+    from lienumba.engine.simulate import Threads
     from lienumba.scenario.start.prepare import check_initial
+    from lienumba.scenario.start.reference_engine import NUMBA
 
     whole, samples = read(source, overrides, allow_code)
-    found: list[xr.Dataset] = []
-    for engine in (None, "numba"):
-        scenario = shortened(whole, steps, engine)
-        nominal = check_initial(scenario)
-        labels = [*samples][:runs] if samples else [*scenario.labels][:runs]
-        wanted = runs_of(scenario, labels, nominal)
-        if samples:
-            columns = {path: np.array([samples[label][path] for label in labels]) for path in wanted.samples}
-            wanted = Runs(wanted.labels, columns, nominal)
-        found.append(in_memory(scenario, wanted, Threads(scenario, usable_cores()), tell))
-    integrator = scenario.data.integrator
-    headline = (
-        f"{plural(len(labels), 'run', 'runs')}, {plural(scenario.steps or 0, 'step', 'steps')} of {integrator.method}"
+    scenarios = [shortened(whole, steps, engine) for engine in (None, NUMBA)]
+    nominals = [check_initial(scenario) for scenario in scenarios]  # refused before anything runs
+    one, other = (
+        in_memory(scenario, first_runs(scenario, samples, runs, nominal), Threads(scenario, usable_cores()), tell)
+        for scenario, nominal in zip(scenarios, nominals, strict=True)
     )
-    return compare(found[0], found[1], headline)
+    integrator = scenarios[0].data.integrator
+    return compare(one, other, integrator.step or 0.0, integrator.method)
 
 
-def compare(one: "xr.Dataset", other: "xr.Dataset", headline: str) -> Check:
-    """The differences of two datasets of the same runs, the largest first."""
-    ends = one["status"].values != other["status"].values
+def first_runs(scenario: Scenario, samples: dict[int, dict[str, float]], count: int, nominal: "Nominal") -> "Runs":
+    """The first runs of a scenario; samples: of the runs of a dataset, by their labels and paths."""
+    from lienumba.engine.runner import runs_of
+    from lienumba.engine.simulate import Runs
+
+    if not samples:
+        return runs_of(scenario, [*scenario.labels][:count], nominal)
+    labels = [*samples][:count]
+    columns = {path: np.array([samples[label][path] for label in labels]) for path in samples[labels[0]]}
+    return Runs(np.array(labels, np.int64), columns, nominal)
+
+
+def compare(one: "xr.Dataset", other: "xr.Dataset", h: float, method: str) -> Check:
+    """The differences of two datasets of the same runs, the largest first; h: the step in s."""
+    ends, both = one["status"].values != other["status"].values, [defined(one), defined(other)]
+    compared = both[0] & both[1]
+    steps = np.rint(np.where(compared, one["time"].values, 0.0).max(axis=1) / h)
+    headline = f"{counted(steps, float(one['time'].values[-1]) / h)} of {method} compared"
     names = [name for name, x in one.data_vars.items() if x.dims[:2] == ("run", "time") and x.size]
     differences = [_difference(str(name), one[name], other[name]) for name in names]
     differences.sort(key=lambda x: (x.name not in STATE, -x.relative))
@@ -92,10 +107,32 @@ def compare(one: "xr.Dataset", other: "xr.Dataset", headline: str) -> Check:
     if ends.any():
         run = int(one["run"].values[ends][0])
         return Check(headline, differences, False, f"run {run} ends otherwise: the engines do not agree")
+    if not steps.any():
+        how = f"{first_failure(one)}, before the first of the times that are compared"
+        return Check(headline, differences, False, f"nothing was compared: {how}; give a smaller integrator.step")
     agrees = worst.relative <= AGREE
     verdict = f"the engines {'agree' if agrees else 'do not agree'}"
     size = f"{worst.name} differs by {worst.relative:.1e} of its size, and at most {AGREE:g} is roundoff"
     return Check(headline, differences, agrees, f"{verdict}: {size}")
+
+
+def defined(ds: "xr.Dataset") -> np.ndarray:
+    """Whether the state of each run is finite at each stored time (runs, times)."""
+    every = [np.isfinite(ds[name].values).reshape(*ds[name].shape[:2], -1).all(axis=2) for name in STATE]
+    return np.logical_and.reduce(every)
+
+
+def counted(steps: np.ndarray, every: float) -> str:
+    """Of how many runs how many steps were compared; steps (runs,): of each, every: of a whole run."""
+    runs = f"{np.count_nonzero(steps):,} of {plural(len(steps), 'run', 'runs')}"
+    return f"{runs}, {int(steps.sum()):,} of {plural(len(steps) * round(every), 'step', 'steps')}"
+
+
+def first_failure(ds: "xr.Dataset") -> str:
+    """How the first run ends that fails, "" if none does."""
+    found = zip(ds["run"].values, ds["status"].values, strict=True)
+    names = {x.code: x.name for x in STATUSES}
+    return next((f"run {run} ends as {names[int(status)]}" for run, status in found if status not in GOOD), "")
 
 
 def _difference(name: str, one: "xr.DataArray", other: "xr.DataArray") -> Difference:

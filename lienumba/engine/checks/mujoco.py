@@ -6,7 +6,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lienumba.engine.checks.engines import AGREE, Check, Difference, read, shortened
+from lienumba.batch.statuses import GOOD, SUCCESS
+from lienumba.engine.checks.engines import (
+    AGREE,
+    Check,
+    Difference,
+    counted,
+    first_failure,
+    first_runs,
+    read,
+    shortened,
+)
 from lienumba.engine.cores import usable_cores
 from lienumba.errors import ScenarioError
 from lienumba.groups import so3
@@ -16,7 +26,7 @@ from lienumba.mechanics.mechanism.model import GROUND, Joint, Model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.system import dynamics
 from lienumba.mechanics.system.kkt import Structure
-from lienumba.words import listed, plural
+from lienumba.words import listed
 
 if TYPE_CHECKING:
     from lienumba.engine.simulate import Tell
@@ -35,7 +45,7 @@ def check(
 ) -> Check:  # fmt: skip
     """Compare the first runs of a scenario or a dataset with MuJoCo, for so many steps at most."""
     from lienumba.engine.runner import in_memory
-    from lienumba.engine.simulate import Runs, Threads
+    from lienumba.engine.simulate import Threads
     from lienumba.scenario.start.prepare import check_initial, prepare
 
     try:
@@ -44,17 +54,18 @@ def check(
         raise ScenarioError('MuJoCo is not installed; pip install "lienumba[import]"') from None
     whole, samples = read(source, overrides, allow_code)
     scenario = shortened(whole, steps, None)
-    labels = [*samples][:runs] if samples else [*scenario.labels][:runs]
-    given = {path: np.array([samples[run][path] for run in labels]) for path in samples[labels[0]]} if samples else None
-    prepared = prepare(scenario, labels, given, check_initial(scenario), len(labels) + 1)
+    wanted = first_runs(scenario, samples, runs, check_initial(scenario))
+    labels = wanted.labels.tolist()
+    prepared = prepare(scenario, labels, wanted.samples, wanted.nominal, len(labels) + 1)
     starts = [tuple(tuple(x) for x in state.reshape(-1, ELEMENT).tolist()) for state in prepared.states]
     models = [_of_run(prepared.model, n) for n in range(len(labels))]
     h, count, end = scenario.data.integrator.step or 0.0, scenario.steps or 0, scenario.data.integrator.end_time
-    theirs = [_Theirs(mujoco, *both, h) for both in zip(models, starts, strict=True)]  # refused before anything runs
-    wanted = Runs(np.array(labels, np.int64), prepared.samples, prepared.nominal)
+    able = np.flatnonzero(prepared.codes == SUCCESS).tolist()  # to begin
+    theirs = {n: _Theirs(mujoco, models[n], starts[n], h) for n in able}  # refused before anything runs
     ours = in_memory(scenario, wanted, Threads(scenario, usable_cores()), tell).isel(time=-1)
+    good = np.isin(ours["status"].values, GOOD)
     worst: dict[str, Difference] = {}
-    for n, run in enumerate(labels):
+    for n in np.flatnonzero(good).tolist():
         linear, angular = theirs[n].accelerations()
         own = np.array(dynamics.accelerations(models[n], Structure.of(models[n]), Instant(starts[n])).x, float)
         own = own.reshape(-1, 6)
@@ -66,16 +77,19 @@ def check(
             ("rotation", "1", rotation, ours["rotation"].values[n], end),
         )
         for name, units, a, b, time in found:
-            size = float(np.abs(a - b).max())
+            size = float(np.nan_to_num(np.abs(a - b), nan=np.inf).max())
             if name not in worst or size > worst[name].size:
-                worst[name] = Difference(name, units, size, float(np.abs(b).max()), run, time)
+                worst[name] = Difference(name, units, size, float(np.abs(b).max()), labels[n], time)
     differences = list(worst.values())
+    headline = f"{counted(good * count, count)}, by MuJoCo of RK4"
+    if failure := first_failure(ours):
+        failed = f"{failure}, and only what succeeds is compared with MuJoCo; give a smaller integrator.step"
+        return Check(headline, differences, False, failed)
     decisive = max(differences, key=lambda x: x.relative / (AGREE if x.time == 0.0 else ALONG))
     limit = AGREE if decisive.time == 0.0 else ALONG
     agrees = decisive.relative <= limit
     verdict = f"the engine {'agrees' if agrees else 'does not agree'} with MuJoCo {mujoco.__version__}"
     sentence = f"{verdict}: {decisive.name} differs by {decisive.relative:.1e} of its size, {limit:g} is allowed"
-    headline = f"{plural(len(labels), 'run', 'runs')}, {plural(count, 'step', 'steps')}, by MuJoCo of RK4"
     return Check(headline, differences, agrees, sentence)
 
 
@@ -119,7 +133,8 @@ class _Theirs:
 def mjcf(model: Model, bodies: Bodies, h: float) -> str:
     """The mechanism in MuJoCo's format, its joints at zero where the bodies are at the start (18 numbers of each); a
     ScenarioError if there is no equivalent."""
-    kinds = (model.forces, model.drivers, model.contacts, model.limits)
+    acting = [x for x in model.events if x.acts or x.stop], [x for x in model.locks if x.on]
+    kinds = (model.forces, model.drivers, model.contacts, model.limits, *acting)
     names = [x.name for elements in kinds for x in elements] + ["gravity"] * any(map(callable, model.gravity))
     if names:
         raise ScenarioError(f"model: {listed(names)}: {NOWHERE}")
@@ -138,7 +153,7 @@ def mjcf(model: Model, bodies: Bodies, h: float) -> str:
         parent, child = tie.bodies if tie.bodies[0] in placed else tie.bodies[::-1]
         children.setdefault(parent, []).append((child, tie))
         placed.add(child)
-    odd = [x.name for x in model.joints if x.type not in JOINTS or x in left]
+    odd = [x.name for x in model.joints if x.type not in JOINTS or x in left or not x.active]
     if odd:
         raise ScenarioError(f"model.joints: {listed(odd)}: {NOWHERE}")
     content = "".join(_body(model, bodies, GROUND, child, tie, children) for child, tie in children.get(GROUND, []))
@@ -185,7 +200,7 @@ def _joints(tie: Joint | None, parent: int, child: int, E: so3.Matrix3) -> Itera
     if tie.type == "universal":
         yield f'<joint type="hinge" {at} axis="{_text(other)}"/>'
     for kind in kinds.get(tie.type, ("hinge",)):
-        yield f'<joint type="{kind}" {at} axis="{_text(own)}"/>'
+        yield f'<joint type="{kind}" {at} axis="{_text(own)}" armature="{float(tie.armature)!r}"/>'
 
 
 def _text(numbers: Any) -> str:

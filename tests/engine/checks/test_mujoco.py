@@ -1,10 +1,12 @@
 """The engine against MuJoCo: accelerations to roundoff, positions by the errors of the steps; and what it lacks."""
 
+import numpy as np
 import pytest
 
+from lienumba.engine.checks import mujoco
 from lienumba.engine.checks.mujoco import check
 from tests.facade import ScenarioError
-from tests.rigs.parts import X, Y, Z, body, joint
+from tests.rigs.parts import X, Y, Z, body, joint, resting
 
 pytest.importorskip("mujoco")
 HELD = {"points": [[0.1, 0.2, 0.3], [-0.2, 0.1, 0.05]]}
@@ -43,6 +45,35 @@ def test_accelerations_and_motion_are_those_of_mujoco(kind, keys, reverse):
     assert found.agrees, found.sentence
     assert {x.name for x in found.differences} == {"acceleration", "angular_acceleration", "position", "rotation"}
     assert max(x.relative for x in found.differences if x.time == 0.0) < 1e-11
+
+
+@pytest.mark.parametrize(
+    ("kind", "keys"),
+    [
+        ("revolute", {"axes": [Y, Y], "references": [X, X], "angle": 0.3, "rate": 2.0}),
+        ("prismatic", {"axes": [X, X], "references": [Z, Z], "displacement": 0.2, "speed": 0.4}),
+    ],
+)
+def test_rotors_are_those_of_mujoco(kind, keys):
+    found = check(scenario(kind, armature=0.7, **keys), runs=1, steps=20, tell=silent)
+    assert found.agrees, found.sentence
+
+
+def test_a_run_that_fails_is_named_and_hides_no_other():
+    data = {"model": {"gravity": [0, 0, 0], "bodies": [resting()]}, "integrator": {"step": 0.1, "end_time": 1.0}}
+    runs = {"sampler": "table", "table": {"columns": {"bodies.b.angular_velocity[2]": [1.0, 1e5, 1.5]}}}
+    found = check(data | {"sweep": runs}, runs=3, steps=10, tell=silent)
+    assert not found.agrees
+    assert found.headline == "2 of 3 runs, 20 of 30 steps, by MuJoCo of RK4"
+    assert found.sentence.startswith("run 1 ends as rotation_too_large, and only what succeeds is compared")
+    assert {x.run for x in found.differences} <= {0, 2}
+
+
+def test_undefined_numbers_of_mujoco_are_differences(monkeypatch):
+    monkeypatch.setattr(mujoco._Theirs, "after", lambda self, steps: (np.full((2, 3), np.nan), np.zeros((2, 3, 3))))
+    found = check(scenario("spherical"), runs=1, steps=20, tell=silent)
+    assert not found.agrees
+    assert "position differs by inf" in found.sentence
 
 
 @pytest.mark.parametrize(("name", "what"), [("four_bar", "model.joints: rocker_bearing"), ("slider_crank", "")])
