@@ -1,2 +1,4 @@
-"""The method of Terze, Mueller and Zlatar (2015) by the paper's own formulas, in plain Numba: an independent check of
-the engine, with which it shares neither graph, elimination, derivatives nor drivers."""
+"""The method of Terze, Mueller and Zlatar (2015) by the paper's own formulas, in plain Numba: a check of the engine.
+
+`lienumba.engine.checks.engines` says what both have in common.
+"""
