@@ -135,6 +135,8 @@ def batched(function: object = None, /, *, outputs: int = 0) -> Callable[[Callab
 
     Parameters
     ----------
+    function : None
+        Left out: the decorator needs `outputs`.
     outputs : int
         How many numbers it returns for each run.
 
