@@ -31,9 +31,8 @@ def plan(model: Model, held: Sequence[int], integrands: Sequence[int]) -> Plan:
     acts, targets, value = [], list[int](), 0
     for event in model.events:
         of = _targets(model, event, held)
-        acts.append(
-            (ACTS.get(event.action, RECORDS), len(targets), len(of), value, int(event.once), _needed(model, event))
-        )
+        action, written = ACTS.get(event.action, RECORDS), "." not in event.name
+        acts.append((action, len(targets), len(of), value, int(event.once), _needed(model, event), int(written)))
         targets += of
         value += len(event.numbers)
     return Plan(

@@ -72,8 +72,9 @@ BILATERAL, UNILATERAL, FRICTION = range(3)  # joints and locks; limits and conta
 OFF, STICK, SLIDE = range(3)
 RESTITUTION, STATIC, KINETIC, REST_SPEED, STATIC_EFFORT, KINETIC_EFFORT, SIZE, SPEED, CONTACT_NUMBERS = range(9)
 # What an event does: what it is, and its targets among those of all events (switches, or rows of states), its first
-# value, whether it acts only once, and the switch that has to be on for that, -1 if none has.
-ACTION, TARGET, TARGETS, VALUE, ONCE, NEEDS, ACT_NUMBERS = range(7)
+# value, whether it acts only once, the switch that has to be on for that, -1 if none has, and whether its condition is
+# of the scenario, not of a limit of an input.
+ACTION, TARGET, TARGETS, VALUE, ONCE, NEEDS, WRITTEN, ACT_NUMBERS = range(8)
 RECORDS, LOCKS, ENGAGES, RELEASES, SETS = range(5)
 # What is kept of a run as a whole: how, of which signal while which other one is above 0 (-1: of none, always), which
 # of the integrals that a step makes itself it is, of which event it has the condition (-1: of none), and the first

@@ -22,6 +22,7 @@ from lienumba.integrators.drivers.events.acting import (
     let_go,
     lets_go,
     pass_over,
+    rescale,
     sift,
     turns,
     used,
@@ -124,7 +125,16 @@ def change(
                     reactions.hasten(rows, first, sizes, plan.switches, lane, starts, end)
                 if sizes.values > 0:
                     rows[first.lanes + HAD, lane] = _energy(sizes, first, rows, plan, lane)
-                _act(sizes, first, rows, plan, lane)
+                _begin(sizes, first, rows, plan, lane)
+        for event in range(sizes.events):  # in the order of the file, each with what those before it have set
+            sets = False
+            for lane in range(W):
+                if rows[first.lanes + CHANGED, lane] != 0.0 and fired(sizes, first, rows, lane, event):
+                    _act(sizes, first, rows, plan, lane, event)
+                    sets = sets or plan.acts[event, ACTION] == SETS
+            if sets:
+                call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
+                rescale(sizes, at, plan, at.following, load(lanes, CHANGED) != 0.0)
         if sizes.values > 0:
             _gain(kernels, sizes, at, first, rows, plan)
         if switched and any_lane(load(lanes, FRESH) != 0.0):  # with what now holds from the start on
@@ -182,9 +192,9 @@ def change(
 
 
 @apart
-def _act(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -> None:
-    """Do what events do that come true now; PICKED where joints are to close, and if one cannot nothing happens. What
-    locks a run as it begins remembers how it begins."""
+def _begin(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -> None:
+    """PICKED where joints are to close; if one of them cannot, nothing happens. What locks a run as it begins remembers
+    how it begins."""
     values = first.following + layout.conditions(sizes)
     for event in range(sizes.events):
         if engages(sizes, first, rows, plan, lane, event):
@@ -198,17 +208,20 @@ def _act(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -> N
         on = rows[first.state + layout.on_row(sizes) + s, lane] != OFF
         if rows[first.lanes + FRESH, lane] != 0.0 and on and plan.switches[s, SWITCH_KIND] == BILATERAL:
             _turn_on(sizes, first, rows, plan, lane, s)
-    for event in range(sizes.events):
-        action = plan.acts[event, ACTION]
-        if fired(sizes, first, rows, lane, event):
-            for n in range(plan.acts[event, TARGETS]):
-                target = plan.targets[plan.acts[event, TARGET] + n]
-                if action == SETS:
-                    rows[first.state + target, lane] = rows[values + plan.acts[event, VALUE] + n, lane]
-                if action == RELEASES:
-                    rows[first.state + layout.on_row(sizes) + target, lane] = float(OFF)
-                if LOCKS <= action <= ENGAGES:
-                    _turn_on(sizes, first, rows, plan, lane, target)
+
+
+@apart
+def _act(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, event: int) -> None:
+    """Do what an event does."""
+    values, action = first.following + layout.conditions(sizes), plan.acts[event, ACTION]
+    for n in range(plan.acts[event, TARGETS]):
+        target = plan.targets[plan.acts[event, TARGET] + n]
+        if action == SETS:
+            rows[first.state + target, lane] = rows[values + plan.acts[event, VALUE] + n, lane]
+        if action == RELEASES:
+            rows[first.state + layout.on_row(sizes) + target, lane] = float(OFF)
+        if LOCKS <= action <= ENGAGES:
+            _turn_on(sizes, first, rows, plan, lane, target)
 
 
 @apart

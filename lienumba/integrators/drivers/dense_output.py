@@ -8,10 +8,12 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
+from lienumba.integrators.drivers.events.acting import AT_ONCE
 from lienumba.integrators.drivers.lane_queue import ChunkRuns, Queue, keep
 from lienumba.integrators.drivers.workspace import Places, Rows
-from lienumba.integrators.layout import DUE, ITERATIONS, PICKED, STATUS, UNTIL, Workspace
+from lienumba.integrators.layout import DUE, ITERATIONS, JUMP, PICKED, STATUS, UNTIL, Workspace
 from lienumba.integrators.sizes import Sizes
+from lienumba.numerics.operations import maximum
 
 
 @apart
@@ -34,11 +36,19 @@ def _keep(
 
 
 @inlined
-def pending(at: Workspace, good: Mask, until: Lanes, latest: Lanes) -> Mask:
-    """In which of the lanes `good` something is due that the open step does not end with: it is left at `until`, and
+def earliest_end(at: Workspace, length: Lanes) -> Lanes:
+    """The time from which an output belongs to the end of the step. Where values jump there that is roundoff before it,
+    so that the output is stored behind the jump."""
+    end = load(at.lanes, UNTIL)
+    return choose(end == load(at.lanes, JUMP), end - AT_ONCE * maximum(length, end), end)
+
+
+@inlined
+def pending(at: Workspace, good: Mask, length: Lanes, until: Lanes, latest: Lanes) -> Mask:
+    """In which of the lanes `good` an output is due that the open step does not end with: it is left at `until`, and
     what is due up to `latest` is seen before that."""
     due, end = load(at.lanes, DUE), load(at.lanes, UNTIL)
-    return good & (due <= latest) & ((due < end) | (until < end) | (end < due))
+    return good & (due <= latest) & ((due < earliest_end(at, length)) | (until < end) | (end < due))
 
 
 @apart
@@ -48,11 +58,11 @@ def keep_between(
 ) -> None:  # fmt: skip
     """Store what is `pending` in the open step."""
     stages.extend(kernels, sizes, nodes, at, t, length, load(at.lanes, UNTIL))
-    left = pending(at, good, until, latest)
+    left = pending(at, good, length, until, latest)
     while any_lane(left):
         between(kernels, at, (load(at.lanes, DUE) - t) / length)
         _keep(at, first, sizes, rows, runs, queue, outputs, left, first.now, False)
-        left = pending(at, good, until, latest)
+        left = pending(at, good, length, until, latest)
 
 
 @apart

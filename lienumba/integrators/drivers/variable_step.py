@@ -13,7 +13,7 @@ from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout, selection_table
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.changes import change
-from lienumba.integrators.drivers.dense_output import keep_between, keep_ends, observe, pending
+from lienumba.integrators.drivers.dense_output import earliest_end, keep_between, keep_ends, observe, pending
 from lienumba.integrators.drivers.events.acting import AT_ONCE
 from lienumba.integrators.drivers.events.finding import find_events, leave, start_events, start_switches
 from lienumba.integrators.drivers.events.search import read_off
@@ -312,10 +312,11 @@ def drive(
         if sizes.kept > 0 and any_lane(good):
             measure(kernels, sizes, nodes, at, first, rows, plan, good, t, length, until, left < NEVER)
         latest = choose(left < NEVER, until + AT_ONCE * maximum(length, until), until)
-        if any_lane(pending(at, good, until, latest)):
+        if any_lane(pending(at, good, length, until, latest)):
             keep_between(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until, latest)
         if any_lane(good & (left < load(lanes, UNTIL))):
             read_off(kernels, sizes, nodes, at, t, length, left)
+        earliest = earliest_end(at, length)
         _move(kernels, sizes, at, good, left, table, pace)
         leave(sizes, at, left, good)
         reached = good & (load(lanes, T) == load(lanes, JUMP))
@@ -323,7 +324,7 @@ def drive(
             store(at.clock, layout.TIME, load(lanes, T))
             _end_on_discontinuity(kernels, sizes, at, first, rows, runs, queue, reached)
         due = load(lanes, DUE)
-        ended = good & (due == load(lanes, T)) & (due == load(lanes, UNTIL))
+        ended = good & (load(lanes, T) == load(lanes, UNTIL)) & (due >= earliest) & (due <= load(lanes, T))
         if any_lane(ended):
             keep_ends(at, first, sizes, rows, runs, queue, outputs, ended)
         if layout.conditions(sizes) > 0 and any_lane(load(lanes, CHANGED) != 0.0):

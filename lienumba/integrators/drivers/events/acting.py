@@ -23,6 +23,7 @@ from lienumba.integrators.layout import (
     TARGET,
     TARGETS,
     UNTIL,
+    WRITTEN,
     T,
     Workspace,
 )  # fmt: skip
@@ -99,6 +100,19 @@ def follow(sizes: Sizes, at: Workspace, values: Address, rates: Address, lanes: 
         store(peaks, row, choose(lanes, rate, load(peaks, row)))
         swiftest = load(peaks, most)
         store(peaks, most, choose(lanes & (absolute(rate) > swiftest), absolute(rate), swiftest))
+
+
+@apart
+def rescale(sizes: Sizes, at: Workspace, plan: Plan, values: Address, lanes: Mask) -> None:
+    """Take the scale of a condition from its new value, in these lanes, where an event has set a number that it reads:
+    where the value has jumped by more than the hysteresis band, and not to 0, which is no scale."""
+    peaks = at.conditions + ROW * layout.peak_row(sizes)
+    for n in range(sizes.events):
+        now, extent = load(values, n), load(peaks, layout.EXTENT * sizes.events + n)
+        written = splat(float(plan.acts[n, WRITTEN])) != 0.0
+        jumps = lanes & written & (absolute(now - load(at.conditions, n)) > BAND * extent) & (absolute(now) > HOLDS)
+        store(peaks, n, choose(jumps, now, load(peaks, n)))
+        store(peaks, layout.EXTENT * sizes.events + n, choose(jumps, absolute(now), extent))
 
 
 @inlined
