@@ -186,7 +186,7 @@ def test_imports_inside_a_room_point_downwards_only():
 def test_the_drivers_see_neither_mechanics_nor_the_tracer():
     """And what they see is what their cached machine code is known by, with what makes object code of text."""
     seen: set[Path] = set()
-    places = ("integrators/drivers", "compiler/routines", "compiler/dense")
+    places = ("integrators/drivers", "compiler/routines")
     found = [p for room in places for p in (PACKAGE / room).rglob("*.py")]
     found.append(PACKAGE / "compiler" / "flat.py")
     while found:

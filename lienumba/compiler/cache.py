@@ -24,7 +24,7 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parents[1]
 KERNELS = (  # all that the drivers can see, and what makes object code of text; a test compares
-    "compiler/cache.py", "compiler/dense", "compiler/flat.py", "compiler/lanes.py", "compiler/native.py",
+    "compiler/cache.py", "compiler/flat.py", "compiler/lanes.py", "compiler/native.py",
     "compiler/routines", "compiler/rows.py", "groups/so3.py", "groups/state.py", "integrators/codes.py",
     "integrators/drivers", "integrators/drivers/events", "integrators/drivers/measuring",
     "integrators/drivers/switching", "integrators/layout.py", "integrators/reach.py", "integrators/selection_table.py",

@@ -59,5 +59,5 @@ def verdict(rotation: Number, square: Number, first: Number, every: Number) -> N
 
 
 # Kinds of equilibria.
-FOUND, NONE_FOUND, UNSTABLE, NOT_ISOLATED = range(4)
-EQUILIBRIA = ("found", "none_found", "unstable", "not_isolated")
+FOUND, NONE_FOUND, UNSTABLE = range(3)
+EQUILIBRIA = ("found", "none_found", "unstable")

@@ -103,14 +103,14 @@ def speeds(modes: Any) -> Any:
 @pytest.mark.parametrize("turn", TURNS)
 @pytest.mark.parametrize("on_it", [False, True])
 @pytest.mark.parametrize("length", [0.5, -0.5])
-@pytest.mark.parametrize("light", [1.0, 1e-3])
+@pytest.mark.parametrize("light", [1.0, 0.1])
 def test_a_pendulum_beside_or_on_a_light_body_on_a_stiff_mount(
     turn: Rotation, on_it: bool, length: float, light: float
 ) -> None:
     bob, hinge, square = pendulum(turn, "bob", 2.0 if on_it else 0.0, length, 1.0, "mount" if on_it else "ground")
     base = {**body("mount", turn, [0, 2, 0]), "mass": light, "inertia": [1e-3 * light] * 3}
     model = {"gravity": numbers(turn.apply([0, 0, -G])), "bodies": [bob, base], "joints": [hinge],
-             "forces": [{**mount(turn, 1e12), "damping": [0.0] * 3, "rotational_damping": [0.0] * 3}]}  # fmt: skip
+             "forces": [{**mount(turn, 1e9), "damping": [0.0] * 3, "rotational_damping": [0.0] * 3}]}  # fmt: skip
     found = lienumba.equilibrium({"model": model, **SHORT})
     modes = lienumba.modes({"model": model, **SHORT, "start": {"from": "equilibrium"}})
     assert found.status.item() == (0 if length > 0 else 2)

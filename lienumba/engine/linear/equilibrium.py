@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lienumba.batch.statuses import SUCCESS
-from lienumba.engine.linear.linearise import STILL, check_states, turning
-from lienumba.engine.linear.looked import Looked, visible
-from lienumba.engine.linear.states import Asked, States
-from lienumba.engine.linear.systems import Recorded
+from lienumba.engine.linear.linearise import check_states, turning
+from lienumba.engine.linear.states import Asked
 from lienumba.integrators import codes
 from lienumba.integrators.tracing.linear.equilibrium import rest
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
+from lienumba.integrators.tracing.linear.outputs import LinearOutputs, visible
+from lienumba.integrators.tracing.linear.systems import STILL, Recorded, States
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.inputs.state import resting_inputs
 from lienumba.mechanics.elements.user_laws import unsampled
@@ -39,9 +39,10 @@ def equilibrium(
     """Find the equilibrium that every run comes to from its start, when motion is damped: at rest, or turning.
 
     Velocities are 0, time is 0 (drivers and formulas of time stand), and states of laws have come to rest, too; sampled
-    laws are where samples change nothing, and stable or not as if they were sampled all the time. The search leads
-    downhill, away from unstable equilibria, but stays where forces vanish from the first moment on. Rigid stops and
-    contacts hold what they can: what touches, or is met on the way, sticks as far as static friction goes.
+    laws are where samples change nothing. The search leads downhill, away from unstable equilibria, but stays where
+    forces vanish from the first moment on. Rigid stops and contacts hold what they can: what touches, or is met on the
+    way, sticks as far as static friction goes. Growth is that of the motion there, with the velocities that drivers ask
+    for, and as if sampled laws were sampled all the time.
 
     With a rotation the mechanism turns uniformly: positions are those in which it rests against axes that turn with it,
     and velocities are of this turning, with what drivers ask for beside it.
@@ -59,10 +60,10 @@ def equilibrium(
     -------
     xarray.Dataset
         On run: `status` (0 found, 1 none found: there is none, it is too far, or it would not last while it turns; 2
-        unstable: a mode grows; 3 not isolated: it could drift), `position` (m, global) and `rotation` (to global) of
+        unstable: a mode grows), `position` (m, global) and `rotation` (to global) of
         all bodies, `turning` (rad/s, global: of the axes against which they rest), all quantities of positions and
         velocities, `force` (the largest force left along a coordinate, N m for angles and N times the size of the
-        mechanism for shifts), `growth` (1/s, of the mode that grows most).
+        mechanism for shifts), `growth` (1/s: the largest real part of the eigenvalues that `lienumba.modes` shows).
 
     Raises
     ------
@@ -85,7 +86,7 @@ def equilibrium(
     good = status != codes.NONE_FOUND
     states = States(labels, good, 0.0, found.rows, start.numbers)
     seen = visible(model, None)
-    recorded = Recorded.of(tracer, Looked((), tuple(seen)))
+    recorded = Recorded.of(tracer, LinearOutputs((), tuple(seen)), prepared.model)
     whole = states.bodies(tracer, prepared.model)
     turned = whole[:, :, 3:12].reshape(*whole.shape[:2], 3, 3)
     values, of = recorded.seen(states), quantities.units(model)
@@ -102,7 +103,7 @@ def equilibrium(
         "position": (("run", "body", "axis"), whole[:, :, :3], {"units": "m", "frame": "global"}),
         "rotation": (("run", "body", "axis", "body_axis"), turned, {"units": "1", "frame": "body to global"}),
         "turning": (("run", "axis"), np.stack([np.broadcast_to(x, labels.shape) for x in axes], axis=1), TURNING),
-        "force": ("run", found.left, {"long_name": "the largest force left along a coordinate"}),
+        "force": ("run", found.force, {"long_name": "the largest force left along a coordinate"}),
         "growth": (
             "run",
             np.where(good, found.growth, np.nan),

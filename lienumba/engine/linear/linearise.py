@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lienumba.engine.linear.looked import DERIVATIVES, Looked, inputs_of, visible
-from lienumba.engine.linear.states import Asked, At, States
-from lienumba.engine.linear.systems import Recorded, Systems
+from lienumba.engine.linear.states import Asked, At
 from lienumba.errors import ScenarioError
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
+from lienumba.integrators.tracing.linear.outputs import DERIVATIVES, LinearOutputs, inputs_of, visible
+from lienumba.integrators.tracing.linear.systems import STILL, Recorded, States, Systems
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.tree.links import Link
 from lienumba.store.linear_layout import SYSTEMS
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-STILL = (0.0, 0.0, 0.0)
 XYZ = ("x", "y", "z")
 
 
@@ -78,7 +77,7 @@ def linearise(
     prepared = asked.prepared()
     tracer, model = FreedomTracer.of(prepared.model), prepared.nominal.model
     added, seen = inputs_of(model, inputs), visible(model, outputs)
-    recorded = Recorded.of(tracer, Looked(tuple(added), tuple(seen)))
+    recorded = Recorded.of(tracer, LinearOutputs(tuple(added), tuple(seen)), prepared.model)
     names_u = [x.name + more for x in added for more in DERIVATIVES]
     names_x: list[str] | None = None
     whole: dict[str, np.ndarray] = {}

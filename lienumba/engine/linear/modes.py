@@ -1,31 +1,22 @@
 """Vibration modes of every run: eigenvalues of its linear system, and shapes."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.compiler.dense.decompositions import (
-    beyond_rounding,
-    eigenvalues,
-    eigenvectors,
-    growing,
-    magnitudes,
-    product,
-    turned,
-)
 from lienumba.engine.cores import usable_cores
-from lienumba.engine.linear.linearise import STILL, check_states, turning
-from lienumba.engine.linear.looked import Looked
+from lienumba.engine.linear.linearise import check_states, turning
 from lienumba.engine.linear.states import Asked, At
-from lienumba.engine.linear.systems import Recorded, Systems
 from lienumba.engine.linear.tracking import Tracked, crossings, tracked, weights_of
 from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
+from lienumba.integrators.tracing.linear.algebra import eigenvalues, eigenvectors, grows, transposed
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
+from lienumba.integrators.tracing.linear.outputs import LinearOutputs
+from lienumba.integrators.tracing.linear.systems import STILL, Recorded, Systems
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.store.layout import RUN, VARIABLES, WEIGHT, texts
 from lienumba.store.linear_layout import MODE, MODES, PARTS, QUANTILES, SHAPE, SHAPES
@@ -82,7 +73,7 @@ def modes(
     asked = Asked.of(scenario, at, runs, overrides, allow_code)
     prepared = asked.prepared()
     tracer, model = FreedomTracer.of(prepared.model), prepared.nominal.model
-    recorded = Recorded.of(tracer, Looked((), ()))
+    recorded = Recorded.of(tracer, LinearOutputs((), ()), prepared.model)
     weights, found, poses, origins = weights_of(model), [], [], []
     for states in asked.states(tracer, prepared):
         check_states(tracer, states)
@@ -101,12 +92,9 @@ def modes(
 def _eigenvalues(recorded: Recorded, states: Any, rotation: Any, shapes: bool) -> tuple[Array, Array | None]:
     """Eigenvalues (runs, modes) with an imaginary part of at least 0, ascending; and shapes (runs, modes, 6 k)."""
 
-    def of_forces(which: Array) -> Mapping[str, Array]:
-        return recorded.of_forces(states.part(which), rotation)
-
     with ThreadPoolExecutor(usable_cores()) as pool:  # which find eigenvalues while the next systems are made
         systems = recorded.systems(states, rotation)
-        tasks = [pool.submit(_of_systems, _moving(system, recorded), shapes, of_forces) for system in systems]
+        tasks = [pool.submit(_of_system, recorded.moving(system), shapes) for system in systems]
         pieces = [task.result() for task in tasks]
     widest = max((values.shape[1] for _, values, _ in pieces), default=0)
     total = np.full((len(states.labels), widest), NONE)
@@ -119,63 +107,31 @@ def _eigenvalues(recorded: Recorded, states: Any, rotation: Any, shapes: bool) -
     return total, every
 
 
-def _moving(system: Systems, recorded: Recorded) -> Systems:
-    """Without states of laws that stand, as held ones do."""
-    equations = recorded.equations
-    first = system.A.shape[1] - len(equations.outputs["laws"])
-    kept = np.concatenate([np.arange(first), first + equations.moving])
-    if len(kept) == system.A.shape[1]:
-        return system
-    moves = system.moves.only(kept, system.moves.rates)
-    return replace(system, A=system.A[:, kept][:, :, kept], bodies=system.bodies[:, :, kept], moves=moves)
-
-
-def _of_systems(
-    system: Systems, shapes: bool, of_forces: Callable[[Array], Mapping[str, Array]]
-) -> tuple[Array, Array, Array | None]:
-    """Runs, eigenvalues and shapes. Of what is 0 but for rounding every second one counts: a coordinate that drifts has
-    two of them."""
-    sound = np.asarray(np.isfinite(system.A).all(axis=(1, 2)))
-    runs, A, vectors = system.runs[sound], system.A[sound], None
-    if shapes:
-        values, vectors = eigenvectors(A)
-    else:
-        values = eigenvalues(A)
-    moves = system.moves.part(sound)
-
-    def rounded(which: Array) -> tuple[Array, Array]:
-        return moves.part(which).rounded(of_forces(runs[which]))
-
-    values, zero = beyond_rounding(A, values, moves.rates, system.scale[sound], rounded)
+def _of_system(system: Systems, shapes: bool) -> tuple[Array, Array, Array | None]:
+    """Runs, eigenvalues and shapes. Of eigenvalues that are 0 every second one counts: a coordinate without stiffness
+    has two of them."""
+    finite = np.asarray(np.isfinite(system.A).all(axis=(1, 2)))
+    runs, A = system.runs[finite], system.A[finite]
+    scale = system.scale[finite]
+    values, vectors = eigenvectors(A, scale) if shapes else (eigenvalues(A, scale), None)
+    zero = values == 0.0
     upper = (values.imag >= 0.0) & ~(zero & (np.cumsum(zero, axis=1) % 2 == 0))
     order = np.lexsort((-values.real, np.where(upper, values.imag, np.inf)), axis=1)
     order = order[:, : int(upper.sum(axis=1).max(initial=0))]
     values = np.take_along_axis(np.where(upper, values, NONE), order, axis=1)
     if vectors is None:
         return runs, values, None
-    behind, bodies = np.minimum(order + 1, A.shape[1] - 1), turned(system.bodies[sound]).copy()
-    parts = (np.take_along_axis(turned(vectors), n[:, :, None], axis=1) for n in (order, behind))
-    real, imaginary = (product(part, bodies) for part in parts)  # which of a pair is the vector behind
-    imaginary[values.imag == 0.0] = 0.0
-    found = _by_largest(real, imaginary)
+    moved = system.bodies[finite] @ np.take_along_axis(vectors, order[:, None, :], axis=2)
+    found = _by_largest(transposed(moved))
     found[np.isnan(values)] = NONE
     return runs, values, found
 
 
-def _by_largest(real: Array, imaginary: Array) -> Array:
-    """Complex shapes (runs, modes, 6 k) of these parts, whose largest component is 1. Divided part by part: how NumPy
-    computes with complex numbers depends on the processor."""
-    size = np.maximum(np.abs(real).max(axis=2), np.abs(imaginary).max(axis=2))[:, :, None]
-    size[size == 0.0] = 1.0
-    real, imaginary = real / size, imaginary / size
-    squares = real * real + imaginary * imaginary
-    best = squares.argmax(axis=2)[:, :, None]
-    c, d, square = (np.take_along_axis(x, best, axis=2) for x in (real, imaginary, squares))
-    square[square == 0.0] = 1.0
-    found = np.empty(real.shape, complex)
-    found.real = (real * c + imaginary * d) / square
-    found.imag = (imaginary * c - real * d) / square
-    return found
+def _by_largest(shapes: Array) -> Array:
+    """Complex shapes (runs, modes, 6 k) whose largest component is 1."""
+    best = np.abs(shapes).argmax(axis=2)[:, :, None]
+    largest = np.take_along_axis(shapes, best, axis=2)
+    return shapes / np.where(largest == 0.0, 1.0, largest)
 
 
 def _dataset(
@@ -191,8 +147,8 @@ def _dataset(
         return np.stack(padded, axis=1)
 
     values, dims = whole([x.values for x in found], NONE), MODE
-    sizes = magnitudes(values)
-    grows = growing(values.reshape(-1, most)).reshape(values.shape)
+    sizes = np.abs(values)
+    growing = grows(values.reshape(-1, most)).reshape(values.shape)
     with np.errstate(all="ignore"):
         damping = np.where(sizes > 0.0, (0.0 - values.real) / sizes, np.where(np.isnan(sizes), np.nan, 0.0))
         frequency = values.imag / (2.0 * np.pi)
@@ -206,8 +162,8 @@ def _dataset(
         "angular_frequency": (dims, values.imag, {"units": "rad s-1", "long_name": "imaginary part"}),
         "frequency": (dims, frequency, {"units": "Hz"}),
         "damping_ratio": (dims, damping, {"units": "1", "long_name": "-real part / |eigenvalue|"}),
-        "grows": (dims, grows, {"long_name": "whether the mode grows, beyond rounding"}),
-        "stable": (dims[:2], there & ~grows.any(axis=2), {"long_name": "no mode grows"}),
+        "grows": (dims, growing, {"long_name": "whether the mode grows, beyond rounding"}),
+        "stable": (dims[:2], there & ~growing.any(axis=2), {"long_name": "no mode grows"}),
         "status": (dims[:2], np.where(there, 0, 1).astype(np.int8), {"long_name": STATUS}),
         "frequency_quantiles": (over, _quantiles(frequency[counted], own), {"units": "Hz"}),
         "damping_ratio_quantiles": (over, _quantiles(damping[counted], own), {"units": "1"}),

@@ -13,10 +13,9 @@ from lienumba.engine.linear.simulated import simulated
 from lienumba.engine.linear.stored import Stored
 from lienumba.engine.select_run import check_run
 from lienumba.errors import ScenarioError
-from lienumba.groups.state import ELEMENT
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
+from lienumba.integrators.tracing.linear.systems import States
 from lienumba.integrators.tracing.template import split
-from lienumba.mechanics.mechanism.model import Model
 from lienumba.scenario.base.arguments import labels_of, several
 from lienumba.scenario.base.code import check_allowed
 from lienumba.scenario.reading.run_tables import tables_of
@@ -33,31 +32,6 @@ if TYPE_CHECKING:
 
 END = "end"
 At = float | str | Sequence[float | str]
-
-
-@dataclass(frozen=True)
-class States:
-    """Runs at a time t (s): labels (runs,), good: whether a run is there at all (runs,), rows: of the state, and the
-    numbers of the model, each a float or an array (runs,); origin: see `linear_layout.ORIGINS`."""
-
-    labels: np.ndarray
-    good: np.ndarray
-    t: float
-    rows: list[Any]
-    numbers: list[Any]
-    origin: int = GIVEN
-
-    def part(self, which: slice | np.ndarray) -> "States":
-        """Of these runs alone."""
-        rows, numbers = ([x[which] if np.ndim(x) else x for x in own] for own in (self.rows, self.numbers))
-        return States(self.labels[which], self.good[which], self.t, rows, numbers, self.origin)
-
-    def bodies(self, tracer: FreedomTracer, model: Model) -> np.ndarray:
-        """The states of all bodies (runs, k, 18); NaN where a run is not there."""
-        now = tracer.instant(model, self.rows, self.t)
-        found = [np.broadcast_to(x, self.labels.shape) for body in now.bodies for x in body]
-        whole = np.stack(found, axis=1).reshape(len(self.labels), -1, ELEMENT)
-        return np.where(self.good[:, None, None], whole, np.nan)
 
 
 @dataclass(frozen=True)

@@ -11,16 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from lienumba.batch.statuses import SUCCESS
-from lienumba.compiler.dense.decompositions import eigenvalues
 from lienumba.engine.linear.course import Column, course
-from lienumba.engine.linear.looked import Looked
-from lienumba.engine.linear.states import States
-from lienumba.engine.linear.systems import Recorded
 from lienumba.engine.simulate import Runs
 from lienumba.errors import ScenarioError
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.stability import polynomial, reach
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
+from lienumba.integrators.tracing.linear.outputs import LinearOutputs
+from lienumba.integrators.tracing.linear.systems import Recorded, States
 from lienumba.integrators.tracing.template import split
 from lienumba.mechanics.system.discontinuities import discontinuities
 from lienumba.scenario.checks.integrator import order_of, relative_of
@@ -96,13 +94,13 @@ def _allowed(
     """At each of these times and states of bodies: the longest step (s) that is stable, infinite where no mode that has
     died out is much faster than all others; and the rate (1/s) of the fastest."""
     tracer, runs = FreedomTracer.of(prepared.model), len(prepared.labels)
-    recorded, numbers = Recorded.of(tracer, Looked((), ())), split(prepared.model)[1]
+    recorded, numbers = Recorded.of(tracer, LinearOutputs((), ()), prepared.model), split(prepared.model)[1]
     for t, bodies in moments:
         rows = tracer.rows_at_start(prepared.model, bodies, prepared.angles)
         states = States(np.asarray(prepared.labels), np.ones(runs, bool), t, rows, numbers)
         allowed, rates = np.full(runs, np.inf), np.zeros(runs)
         for system in recorded.systems(states):
-            for run, values in zip(system.runs, eigenvalues(system.A), strict=True):  # of a disc that lies flat NaN
+            for run, values in zip(system.runs, system.eigenvalues(), strict=True):  # of a disc that lies flat NaN
                 allowed[run], rates[run] = _longest(values, R, end)
         yield allowed, rates
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.compiler.dense.decompositions import magnitudes, product, turned
+from lienumba.integrators.tracing.linear.algebra import transposed
 from lienumba.mechanics.mechanism.model import Model
 
 Array = npt.NDArray[Any]
@@ -88,13 +88,10 @@ def _paired(values: Array, shapes: Array, weights: Array, runs: Array, others: A
     """MAC of each mode of others (NaN of none) with that of runs which is most likely the same, and which that is."""
     from scipy.optimize import linear_sum_assignment
 
-    (a, b), (c, d) = _unit(shapes[others], weights), _unit(shapes[runs], weights)
-    c, d = weights * c, weights * d
-    one, real, imaginary = (np.concatenate(x, axis=2) for x in ((a, b), (c, d), (d, -c)))
-    alike = product(one, turned(real)) ** 2 + product(one, turned(imaginary)) ** 2
+    alike = np.abs(_unit(shapes[others], weights).conj() @ transposed(weights * _unit(shapes[runs], weights))) ** 2
     before, now = values[others][:, :, None], values[runs][:, None, :]
-    scale = np.nanmean(magnitudes(values[others]), axis=1)[:, None, None] + np.finfo(float).tiny
-    score = alike + NEARNESS * np.nan_to_num(1.0 / (1.0 + magnitudes(before - now) / scale))
+    scale = np.nanmean(np.abs(values[others]), axis=1)[:, None, None] + np.finfo(float).tiny
+    score = alike + NEARNESS * np.nan_to_num(1.0 / (1.0 + np.abs(before - now) / scale))
     pairs = score.argmax(axis=2)
     places = np.arange(pairs.shape[1])
     for run in np.flatnonzero((np.sort(pairs, axis=1) != places).any(axis=1)):
@@ -103,9 +100,9 @@ def _paired(values: Array, shapes: Array, weights: Array, runs: Array, others: A
     return np.where(np.isnan(values[others].real), np.nan, mac), pairs
 
 
-def _unit(shapes: Array, weights: Array) -> tuple[Array, Array]:
-    """Real and imaginary parts of shapes of the length 1; 0 where nothing moves, or there is none."""
-    real, imaginary = (np.nan_to_num(x) for x in (shapes.real, shapes.imag))
-    sizes = np.sqrt(((real * real + imaginary * imaginary) * weights).sum(axis=2, keepdims=True))
+def _unit(shapes: Array, weights: Array) -> Array:
+    """Shapes of length 1; 0 where nothing moves, or there is none."""
+    found = np.nan_to_num(shapes)
+    sizes = np.sqrt((np.abs(found) ** 2 * weights).sum(axis=2, keepdims=True))
     sizes[sizes == 0.0] = 1.0
-    return real / sizes, imaginary / sizes
+    return found / sizes

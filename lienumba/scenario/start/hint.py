@@ -1,6 +1,6 @@
 """What is told of a scenario that is valid: in what it starts to move, and what would be faster."""
 
-from lienumba.integrators.codes import FOUND, NONE_FOUND, NOT_ISOLATED, UNSTABLE
+from lienumba.integrators.codes import FOUND, NONE_FOUND, UNSTABLE
 from lienumba.integrators.methods.charts import JOINT, R3xSO3
 from lienumba.mechanics.tree.links import moves_of
 from lienumba.mechanics.tree.spanning import closing_rows, ties_of
@@ -10,7 +10,6 @@ RESTS = {
     FOUND: "it starts in its equilibrium",
     NONE_FOUND: "no equilibrium was found in which the nominal run could start",
     UNSTABLE: "it starts in its equilibrium, which is unstable",
-    NOT_ISOLATED: "it starts in its equilibrium, beside which there are others: something can drift",
 }
 FEW, LEAST = 2, 2  # freedoms of a joint, and so many such joints: from there on its freedoms cost less than its rows
 

@@ -44,7 +44,7 @@ def resting(model: Model, states: np.ndarray, angles: Mapping[Counted, np.ndarra
     bodies = [np.broadcast_to(np.asarray(x, float), (runs,)) for body in now.bodies for x in body]
     with np.errstate(all="ignore"):
         beyond = begin_beyond(model, now, runs)
-    good = found.found & ~beyond & np.isfinite(bodies).all(axis=0)
+    good = (found.status != NONE_FOUND) & ~beyond & np.isfinite(bodies).all(axis=0)
     counted = dict(zip(tracer.augmented.angles, found.rows[first:], strict=False))
     return Resting(
         _with_laws(model, tracer.law_states.apart(found.rows[first - tracer.laws : first]), good),

@@ -133,7 +133,7 @@ def test_a_spring_without_free_length_between_points_that_coincide(method: str) 
     model: dict[str, Any] = {"gravity": [0, 0, 0], "bodies": [ball], "forces": [spring]}
     found = lienumba.equilibrium({"model": model, "integrator": settings})
     modes = lienumba.modes({"model": model, "integrator": settings})
-    assert found.status.item() == 3  # it may turn
+    assert found.status.item() == 0  # it may turn
     w = np.sqrt(40.0 / 2.0)
     np.testing.assert_allclose(modes.angular_frequency.values.ravel(), [0, 0, 0, w, w, w], rtol=1e-12, atol=1e-12)
     model["bodies"] = [{**ball, "velocity": [0.3, -0.2, 0.1]}]

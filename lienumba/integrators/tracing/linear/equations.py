@@ -19,7 +19,6 @@ along the same velocities, so that M is symmetric; what a step of `JointChart.sl
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from threading import Lock
 from typing import Any, Protocol
 
 import numpy as np
@@ -28,9 +27,7 @@ import numpy.typing as npt
 from lienumba.compiler.derivatives import partials
 from lienumba.compiler.symbols import Graph, Symbol, uncollected
 from lienumba.compiler.tape import Tape
-from lienumba.compiler.terms import terms
 from lienumba.integrators import layout
-from lienumba.integrators.methods.taylor import ROTATION
 from lienumba.integrators.tracing.tracer import Posture, Tracer
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
@@ -44,8 +41,6 @@ STATE, CLOCK, UNKNOWN, INPUTS = "state", "clock", "unknown", "inputs"
 FEW = 24  # runs, of which floats take less time than arrays
 Row = Sequence[Any] | npt.NDArray[Any]
 Block = dict[tuple[int, int], Any]  # the entries that are not exactly zero
-
-_lock = Lock()  # of whoever records more in a graph
 
 
 @dataclass(frozen=True)
@@ -147,14 +142,13 @@ class Held:
 class Equations:
     """f and its derivatives as recorded. outputs: which values are "along", "rows" and "laws", and others that somebody
     wanted; columns: which columns are by "q", "v", "laws", "a", "mu" (of the rows in use, in the order of `used`) and
-    "inputs"; rotations: the rows of the state that are entries of rotations."""
+    "inputs"."""
 
     values: list[Any]
     entries: Block
     outputs: Mapping[str, range]
     columns: Mapping[str, range]
     used: tuple[int, ...]
-    rotations: frozenset[int]
     _parts: dict[Any, "Equations"] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @staticmethod
@@ -186,7 +180,6 @@ class Equations:
             _ranges(**sizes, **{name: len(own) for name, own in others.items()}),
             _ranges(q=len(q), v=len(v), laws=len(s), a=tracer.velocities, mu=len(used), inputs=len(inputs)),
             used,
-            frozenset(row for part in tracer.parts(model) if part.kind == ROTATION for row in part.rows),
         )
 
     @cached_property
@@ -205,15 +198,6 @@ class Equations:
     @cached_property
     def _tape(self) -> Tape:
         return Tape.of([*self.values, *self.entries.values()])
-
-    @cached_property
-    def terms(self) -> "Equations":
-        """The same, of how large what each number is a sum of is."""
-        rotations = {(STATE, row) for row in self.rotations}
-        with _lock, uncollected():
-            found = terms([*self.values, *self.entries.values()], rotations)
-        values, slopes = found[: len(self.values)], found[len(self.values) :]
-        return replace(self, values=values, entries=dict(zip(self.entries, slopes, strict=True)))
 
     @property
     def moving(self) -> Any:

@@ -5,7 +5,7 @@ against it. A hinge carries it where its axis is that of the rotation, wherever 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,20 +24,14 @@ ALONG = 1e-9  # sine: axes that are the same
 
 @dataclass(frozen=True)
 class Carried:
-    """rates and accelerations (runs, n) of the tree; how both change with its coordinates (runs, n, n), where rates
-    change with shifts alone as the axes of these turn; how accelerations change in time (runs, n); carries: which rates
-    are of what carries the rotation (runs, n)."""
+    """rates and accelerations (runs, n) of the tree; how both change with its coordinates (runs, n, n); carries: which
+    rates are of what carries the rotation (runs, n)."""
 
     rates: Array
     accelerations: Array
     rates_by: Array
-    shifts_by: Array
     accelerations_by: Array
-    jerks: Array
     carries: Array
-
-    def part(self, which: Array) -> "Carried":
-        return Carried(*(getattr(self, own.name)[which] for own in fields(self)))
 
     def turns(self, tree: Tree, rates: Array, allowed: Array) -> Array:
         """Whether anything of a run carries the rotation where rates are these (runs, n), but for so much (runs,)."""
@@ -62,8 +56,8 @@ class Carried:
 def carried(tree: Tree, z: Sequence[Any], rotation: Array) -> Carried:
     """At the places of this state; rotation: the angular velocity (3, runs) in rad/s, global."""
     runs, n, turning = rotation.shape[1], tree.freedoms, list[Array]()
-    rates, accelerations, jerks = np.zeros((3, runs, n))
-    rates_by, shifts_by, accelerations_by = np.zeros((3, runs, n, n))
+    rates, accelerations = np.zeros((2, runs, n))
+    rates_by, accelerations_by = np.zeros((2, runs, n, n))
     carries = np.zeros((runs, n), bool)
     omega: Vector = tuple(rotation)
     hat = so3.hat(omega)
@@ -83,9 +77,7 @@ def carried(tree: Tree, z: Sequence[Any], rotation: Array) -> Carried:
                 a = so3.cross(omega, v)
                 _put(rates, first, v, stands)
                 _put(accelerations, first, a, stands)
-                _put(jerks, first, so3.cross(omega, a), stands)
                 _put_matrix(rates_by, first, hat, stands)
-                _put_matrix(shifts_by, first, hat, stands)
                 _put_matrix(accelerations_by, first, square, stands)
         elif isinstance(link.move, Turn) and not isinstance(link.move, Wind):
             R = moving.R
@@ -96,7 +88,7 @@ def carried(tree: Tree, z: Sequence[Any], rotation: Array) -> Carried:
             carries[:, first] = same
             own = own | same
         turning.append(own)
-    return Carried(rates, accelerations, rates_by, shifts_by, accelerations_by, jerks, carries)
+    return Carried(rates, accelerations, rates_by, accelerations_by, carries)
 
 
 def _put(into: Array, first: int, numbers: Sequence[Any], where: Array) -> None:

@@ -101,7 +101,7 @@ def _sum(x: Any, more: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class Looked:
+class LinearOutputs:
     """inputs: those that are added; seen: names of components of quantities."""
 
     added: tuple[Input, ...]

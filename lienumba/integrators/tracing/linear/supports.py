@@ -1,10 +1,9 @@
-"""What a mechanism stands on where it rests: the rigid stops and contacts that hold it.
+"""The rigid stops and contacts that support a mechanism at rest.
 
-While it is looked for, what touches is glued: stops, and contacts without friction, along their normals, others along
-their tangents, too; what is open closes where the search meets it. Where all rests, the law of what
-presses and sticks, the same as of a motion, says whether forces can hold it so. What they would have to pull opens, and
-what they cannot keep from slipping slides, without friction; then the search goes on. Without friction at the end is
-within Coulomb's law, too. Relative to a rotation contacts with friction stay open.
+During the search a closed contact is glued: along its normal, and with friction along its tangents. An open one closes
+where the search meets it. Where all rests, the contact law of a motion decides whether the forces can hold it. A
+contact that would have to pull opens. One whose friction is exceeded slides without friction from then on, which stays
+within Coulomb's law; then the search goes on. Relative to a rotation contacts with friction stay open.
 """
 
 from collections.abc import Sequence
@@ -13,14 +12,20 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from lienumba.compiler.dense.decompositions import Rows, product, solved, turned, unit_rows
 from lienumba.compiler.flat import Flat, kept
 from lienumba.integrators.drivers.events.search import TOUCH
 from lienumba.integrators.drivers.switching.at_rest import VECTORS
 from lienumba.integrators.drivers.switching.problem import FREE, PRESSES, SOLVED
 from lienumba.integrators.layout import SWITCH_FIRST
+from lienumba.integrators.tracing.linear.algebra import (
+    Array,
+    NullSpace,
+    accelerations,
+    applied,
+    transposed,
+    unit_rows,
+)
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.mechanics.mechanism.kinematics import OFF, SLIDE, STICK
 from lienumba.mechanics.mechanism.model import Model
@@ -28,12 +33,10 @@ from lienumba.mechanics.system import constraints
 from lienumba.mechanics.system.switched import scales
 from lienumba.mechanics.system.switches import Switch
 
-Array = npt.NDArray[Any]
-REDUNDANT = 1e-6  # of the largest row of C, beside those before it
-MOST = 40  # times that a run may be judged, and still change
-AT_ONCE = 1e-6  # of a step: what closes so much later than another does so with it
-NOTHING = 1e-9  # of the terms of an acceleration: what is none
-SMALL = 1e-13  # of the largest pivot of the masses
+REDUNDANT_RTOL = 1e-6  # relative to the largest diagonal element of R: a smaller one is of a redundant row
+MAX_SOLUTIONS = 40  # of the contact law in a run; then its contacts no longer change
+SAME_STEP = 1e-6  # of a step: contacts that close within it close together
+RATE_RTOL = 1e-9  # relative to the terms of an acceleration: a smaller one is roundoff
 
 
 @cache
@@ -42,11 +45,11 @@ def _forces() -> Flat:
 
 
 @dataclass(frozen=True)
-class Standing:
-    """switches: stops and contacts, s of them, and `places` of their masks and of how they are on in a state; columns:
-    of their rows, q of them, the places among the rows in use, `normals` among these q; on, slid (s, runs): how each is
-    on, and whether it has slipped; friction (s, runs); turns, judged (runs,): whether a run turns, how often it was
-    judged."""
+class Supports:
+    """switches: the stops and contacts, s of them; places: of their masks and modes in a state; columns (q,): of their
+    rows among the rows in use; normals: the first row of each among these q; on, slid (s, runs): the mode of each, and
+    whether it has slipped; friction (s, runs); turns (runs,): whether a run turns; solutions (runs,): how often its
+    contact law was solved."""
 
     switches: tuple[Switch, ...]
     places: list[tuple[range, int]]
@@ -56,11 +59,11 @@ class Standing:
     slid: Array
     friction: Array
     turns: Array
-    judged: Array
+    solutions: Array
 
     @staticmethod
-    def of(tracer: GluedTracer, model: Model, rows: Sequence[Any], used: Sequence[int], turns: Array) -> "Standing":
-        """With all closed that touches in the states with these rows; used: see `Equations`."""
+    def of(tracer: GluedTracer, model: Model, rows: Sequence[Any], used: Sequence[int], turns: Array) -> "Supports":
+        """With all contacts closed that touch in the states with these rows; used: see `Equations`."""
         runs, augmented = len(turns), tracer.augmented
         numbers = [n for n, x in enumerate(augmented.switches) if x.unilateral]
         found = tuple(augmented.switches[n] for n in numbers)
@@ -78,69 +81,84 @@ class Standing:
             on[s] = np.where(touches, STICK if x.tangents else SLIDE, OFF)
         normals = np.cumsum([0, *(x.rows for x in found)])[:-1]
         none = np.zeros(on.shape, bool)
-        return Standing(found, places, np.array(columns, int), normals, on, none, friction, turns, np.zeros(runs, int))
+        return Supports(found, places, np.array(columns, int), normals, on, none, friction, turns, np.zeros(runs, int))
 
     def may_close(self, which: Array) -> Array:
-        """What is open and may close (runs, s)."""
+        """Which contacts are open and may close (runs, s)."""
         rough = np.array([x.tangents > 0 for x in self.switches], bool)
         found: Array = (self.on[:, which].T == OFF) & ~(self.turns[which][:, None] & rough)
         return found
 
     def meets(self, old: Array, new: Array, which: Array) -> tuple[Array, Array]:
-        """How far a step leads until something closes (runs,), 1 where nothing does, and what does so (runs, s); old,
-        new (runs, s): gaps before and after."""
+        """The fraction of a step until the first contact closes (runs,), 1 if none does; and which close there
+        (runs, s). old, new (runs, s): gaps before and after the step."""
         meets, old = self.may_close(which) & (new < 0.0), np.maximum(old, 0.0)
         parts = np.where(meets, old / np.where(meets, old - new, 1.0), np.inf)
         part = parts.min(axis=1, initial=np.inf)
-        return np.minimum(part, 1.0), meets & (parts <= part[:, None] + AT_ONCE)
+        return np.minimum(part, 1.0), meets & (parts <= part[:, None] + SAME_STEP)
 
     def close(self, what: Array, which: Array) -> None:
-        """what (runs, s): of these runs."""
+        """Close these contacts (runs, s) of these runs."""
         for s, switch in enumerate(self.switches):
             own = which[what[:, s]]
             self.on[s, own] = np.where(self.slid[s, own] | (switch.tangents == 0), SLIDE, STICK)
 
     def write(self, state: Array, which: Array) -> None:
-        """How they are on, to the columns of states (rows, all runs)."""
+        """Write the modes to the columns of states (rows, all runs)."""
         for s, (switch, (masks, on)) in enumerate(zip(self.switches, self.places, strict=True)):
             state[on, which] = self.on[s, which]
             for n, row in enumerate(masks):
                 slips = n >= switch.rows - switch.tangents
                 state[row, which] = self.on[s, which] == STICK if slips else self.on[s, which] != OFF
 
-    def free(self, C: Array, most: Array) -> tuple[Rows, Array]:
-        """Of C (runs, rows, n) the rows that are not theirs, and theirs along what these leave free."""
+    def apart(self, C: Array, most: Array) -> tuple[NullSpace, Array]:
+        """The null space of the other rows of C (runs, rows, n), and the rows of contacts and stops along it."""
         others = C.copy()
         others[:, self.columns] = 0.0
-        rows = Rows.of(unit_rows(others)[0], REDUNDANT, most)
-        return rows, rows.free(product(C[:, self.columns], rows.Q))
+        space = NullSpace.of(unit_rows(others)[0], REDUNDANT_RTOL, most)
+        return space, C[:, self.columns] @ space.basis
 
     def stays(self, C: Array, M: Array, f: Array, most: Array, which: Array) -> tuple[Array, Array]:
-        """Whether forces hold what rests (runs,), and whether anything opens or slides since they do not, which is
-        then so; f (runs, n): what acts without any multipliers; all along the same coordinates."""
+        """Solve the contact law at rest, and open or release what it does not hold.
+
+        Parameters
+        ----------
+        C, M, f : ndarray
+            Rows (runs, rows, n), masses (runs, n, n), and forces without multipliers (runs, n), along one set of
+            coordinates.
+        most : ndarray (runs,)
+            The rank of the other rows.
+        which : ndarray (runs,)
+            The runs.
+
+        Returns
+        -------
+        holds, changes : ndarray (runs,)
+            Whether forces keep a run at rest, and whether one of its contacts opened or began to slide.
+        """
         runs, q = len(which), len(self.columns)
-        rows, own = self.free(C, most)
-        masses, right = product(turned(rows.Q), product(M, rows.Q)), product(turned(rows.Q), f)
-        by = solved(masses, np.concatenate([right[:, :, None], turned(own)], axis=2), rows.rank, SMALL)
-        S, b = product(own, by[:, :, 1:]), product(own, by[:, :, 0])
+        space, own = self.apart(C, most)
+        right = np.concatenate([applied(transposed(space.basis), f)[:, :, None], transposed(own)], axis=2)
+        by = accelerations(space.masses(M), right)
+        S, b = own @ by[:, :, 1:], (own @ by[:, :, :1])[:, :, 0]
         law = np.where(self.on[:, which].T != OFF, float(PRESSES), float(FREE))
-        x, rates, said = np.zeros((runs, q)), np.zeros((runs, q)), np.zeros(runs, np.int64)
+        x, rates, status = np.zeros((runs, q)), np.zeros((runs, q)), np.zeros(runs, np.int64)
         room, matrix = np.zeros((VECTORS, q)), np.zeros((q, q + 1))
         numbers = np.array([x.numbers for x in self.switches])
         numbers[:, SWITCH_FIRST] = self.normals
         given = np.ascontiguousarray(S), b.copy(), numbers, np.ascontiguousarray(law)
-        _forces()(*given, np.ascontiguousarray(self.friction[:, which].T), x, rates, said, room, matrix)
+        _forces()(*given, np.ascontiguousarray(self.friction[:, which].T), x, rates, status, room, matrix)
         terms = np.abs(b) + (np.abs(S) * np.abs(x)[:, None, :]).sum(axis=2)
-        moves = np.abs(rates) > NOTHING * terms
-        self.judged[which] += 1
-        goes_on = (said == SOLVED) & (self.judged[which] < MOST)
-        held, changes = said == SOLVED, np.zeros(runs, bool)
+        moves = np.abs(rates) > RATE_RTOL * terms
+        self.solutions[which] += 1
+        goes_on = (status == SOLVED) & (self.solutions[which] < MAX_SOLUTIONS)
+        holds, changes = status == SOLVED, np.zeros(runs, bool)
         for n, (switch, first) in enumerate(zip(self.switches, self.normals, strict=True)):
             on = self.on[n, which]
             opens = (on != OFF) & moves[:, first] & (x[:, first] <= 0.0)
             slips = (on != OFF) & ~opens & moves[:, first + 1 : first + switch.rows].any(axis=1)
-            held &= ~opens & ~slips
+            holds &= ~opens & ~slips
             changes |= opens | (slips & (on == STICK))
             self.on[n, which] = np.where(goes_on & opens, OFF, np.where(goes_on & slips, SLIDE, on))
             self.slid[n, which] |= opens | slips
-        return held, changes & goes_on
+        return holds, changes & goes_on

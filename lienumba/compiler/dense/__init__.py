@@ -1,1 +1,0 @@
-"""Small dense matrices of all runs, decomposed by routines of our own."""

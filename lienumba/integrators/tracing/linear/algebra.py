@@ -1,0 +1,185 @@
+"""Dense linear algebra for many runs: arrays are (runs, rows, columns) or (runs, rows).
+
+LAPACK does the work, by NumPy and SciPy. A matrix that is not finite gives NaN in its own run and nowhere else.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import qr, solve_triangular
+
+Array = npt.NDArray[Any]
+ROW_RTOL = 1e-10  # relative to the longest row, or to 1: a shorter row of C is zero
+MASS_RTOL = 1e-13  # relative to the largest eigenvalue of the scaled masses: a smaller one is zero
+TIE = (
+    1e-6  # relative: of columns that are equally long the last one counts as the longest, so the first are independent
+)
+GROWTH_RTOL = 1e-7  # relative to an eigenvalue: less growth is roundoff
+ROUNDOFF_RTOL = 1e-13  # relative to the largest eigenvalue: the error of a single one is smaller
+PAIR_RTOL = 3e-7  # the same: roundoff moves a double one apart by less
+
+
+def transposed(A: Array) -> Array:
+    """A^T of each run."""
+    return A.swapaxes(1, 2)
+
+
+def applied(A: Array, x: Array) -> Array:
+    """A x of each run, for vectors (runs, columns)."""
+    found: Array = (A @ x[:, :, None])[:, :, 0]
+    return found
+
+
+def is_finite(*arrays: Array) -> Array:
+    """Whether all numbers of a run are finite (runs,)."""
+    return np.logical_and.reduce([np.isfinite(x).reshape(len(x), -1).all(axis=1) for x in arrays])
+
+
+def unit_rows(C: Array) -> tuple[Array, Array]:
+    """C with rows of length 1, and their lengths (runs, rows). Rows that are zero stay zero and have the length 1."""
+    lengths = np.linalg.norm(C, axis=2)
+    longest = lengths.max(axis=1, initial=1.0)[:, None]
+    lengths = np.where(lengths <= ROW_RTOL * longest, 0.0, lengths)
+    zero = lengths == 0.0
+    return np.where(zero[:, :, None], 0.0, C / np.where(zero, 1.0, lengths)[:, :, None]), np.where(zero, 1.0, lengths)
+
+
+@dataclass(frozen=True)
+class NullSpace:
+    """The null space of C (runs, m, n) in coordinates: independent ones move freely, the others follow.
+
+    rank (runs,): of C; independent (runs, n): which coordinates are; basis (runs, n, n): column j is the motion with
+    the independent coordinate j = 1 and all other independent ones 0, and zero where j is dependent. So constraints
+    that do not touch a coordinate leave exact zeros there.
+    """
+
+    C: Array
+    rank: Array
+    independent: Array
+    basis: Array
+
+    @staticmethod
+    def of(C: Array, rtol: float, most: Array | None = None, independent: Array | None = None) -> "NullSpace":
+        """By QR decompositions with column pivoting.
+
+        Parameters
+        ----------
+        C : ndarray (runs, m, n)
+            Constraint Jacobians with rows of length 1 or 0.
+        rtol : float
+            A diagonal element of R below this, relative to the largest, counts as zero.
+        most : ndarray (runs,), optional
+            The largest rank that C may have.
+        independent : ndarray (n,), optional
+            Which coordinates are independent, where that is decided.
+        """
+        runs, m, n = C.shape
+        rank, free = np.zeros(runs, np.int64), np.ones((runs, n), bool)
+        basis = np.broadcast_to(np.eye(n), (runs, n, n)).copy()
+        if not m or not C.any():
+            return NullSpace(C, rank, free, basis)
+        for run, own in enumerate(C):
+            if not np.isfinite(own).all():
+                basis[run] = np.nan
+                continue
+            if independent is None:
+                R, order = qr(own * (1.0 + TIE * np.arange(n)), mode="r", pivoting=True)
+                size = np.abs(R.diagonal())
+                r = int((size > rtol * size.max(initial=0.0)).sum())
+                r = r if most is None else min(r, int(most[run]))
+            else:
+                order, r = np.argsort(independent, kind="stable"), n - int(independent.sum())
+            R = qr(own[:, order], mode="r")[0]
+            follows, leads = order[:r], order[r:]
+            rank[run], free[run, follows] = r, False
+            basis[run, :, follows] = 0.0
+            basis[run, follows[:, None], leads] = -solve_triangular(R[:r, :r], R[:r, r:])
+        return NullSpace(C, rank, free, basis)
+
+    @cached_property
+    def _inverse(self) -> Array:
+        finite = is_finite(self.C)
+        found = np.full(transposed(self.C).shape, np.nan)
+        U, S, Vt = np.linalg.svd(self.C[finite], full_matrices=False)
+        counts = np.arange(S.shape[1]) < self.rank[finite][:, None]
+        weights = np.where(counts, 1.0 / np.where(counts, S, 1.0), 0.0)
+        found[finite] = (transposed(Vt) * weights[:, None, :]) @ transposed(U)
+        return found
+
+    def masses(self, M: Array) -> Array:
+        """The masses (runs, n, n) of the independent coordinates, and the unit matrix for the dependent ones."""
+        found: Array = transposed(self.basis) @ M @ self.basis
+        dependent = np.where(self.independent, 0.0, 1.0)
+        return found + dependent[:, :, None] * np.eye(M.shape[1])
+
+    def part(self, runs: Array) -> "NullSpace":
+        """Return the null spaces of these runs alone."""
+        return NullSpace(self.C[runs], self.rank[runs], self.independent[runs], self.basis[runs])
+
+    def shortest(self, b: Array) -> Array:
+        """Solve C x = b by the shortest x; b (runs, m) or (runs, m, k)."""
+        return applied(self._inverse, b) if b.ndim == 2 else self._inverse @ b
+
+    def multipliers(self, g: Array) -> Array:
+        """Solve C^T mu = g by the shortest mu, as far as rows can; g (runs, n) or (runs, n, k)."""
+        inverse = transposed(self._inverse)
+        return applied(inverse, g) if g.ndim == 2 else inverse @ g
+
+
+def accelerations(M: Array, b: Array) -> Array:
+    """Solve M x = b for positive definite M and b (runs, n, k). Without mass along a direction it does not move."""
+    diagonal = M.diagonal(axis1=1, axis2=2)
+    sizes = np.where(diagonal > 0.0, np.sqrt(np.abs(diagonal)), 1.0)[:, :, None]
+    with np.errstate(invalid="ignore"):
+        scaled, right = M / (sizes * transposed(sizes)), b / sizes
+    bad = ~is_finite(scaled, right)
+    scaled = np.where(bad[:, None, None], np.eye(M.shape[1]), scaled)
+    try:
+        np.linalg.cholesky(scaled)
+        found = np.linalg.solve(scaled, np.where(bad[:, None, None], 0.0, right))
+    except np.linalg.LinAlgError:
+        found = np.linalg.pinv(scaled, MASS_RTOL, hermitian=True) @ np.where(bad[:, None, None], 0.0, right)
+    found[bad] = np.nan
+    return found / sizes
+
+
+def eigenvalues(A: Array, scale: Array) -> Array:
+    """The eigenvalues (runs, n) of real matrices; scale (runs,): what their entries are sums of may be as large."""
+    finite = is_finite(A)
+    found = np.full(A.shape[:2], complex(np.nan, np.nan))
+    found[finite] = np.linalg.eigvals(A[finite])
+    return _without_zeros(found, scale)
+
+
+def eigenvectors(A: Array, scale: Array) -> tuple[Array, Array]:
+    """The eigenvalues (runs, n) of finite real matrices, and eigenvectors of length 1 as columns (runs, n, n)."""
+    values, vectors = np.linalg.eig(A)
+    return _without_zeros(values.astype(complex), scale), vectors.astype(complex)
+
+
+def grows(values: Array) -> Array:
+    """Which eigenvalues (runs, n) have a positive real part that roundoff does not explain."""
+    sizes = np.abs(values)
+    largest = np.nan_to_num(sizes).max(axis=1, initial=0.0)[:, None]
+    least = np.maximum(GROWTH_RTOL * sizes, _unknown(values, largest))
+    with np.errstate(invalid="ignore"):
+        return (values.real > least) & (values.real > ROUNDOFF_RTOL * largest)
+
+
+def _without_zeros(values: Array, scale: Array) -> Array:
+    """Eigenvalues of which those that are zero but for roundoff are zero."""
+    sizes = np.abs(values)
+    largest = np.maximum(sizes.max(axis=1, initial=0.0), scale)[:, None]
+    with np.errstate(invalid="ignore"):
+        return np.where(sizes <= np.maximum(ROUNDOFF_RTOL * largest, _unknown(values, largest)), 0.0, values)
+
+
+def _unknown(values: Array, largest: Array) -> Array:
+    """By how much eigenvalues (runs, n) are not known because another one is close; 0 where none is."""
+    apart = np.abs(values[:, :, None] - values[:, None, :])
+    apart[:, range(values.shape[1]), range(values.shape[1])] = np.inf
+    nearest = apart.min(axis=2, initial=np.inf)
+    return np.where(nearest <= PAIR_RTOL * largest, np.maximum(2.0 * nearest, 0.1 * PAIR_RTOL * largest), 0.0)

@@ -1,0 +1,139 @@
+"""From partial derivatives to the linear system of a mechanism in as many coordinates as it has freedoms.
+
+Small changes of a motion obey
+
+    dq' = dv + Gamma dq,                         M da + C^T dmu = F_q dq + F_v dv + F_s ds + F_u du,
+    C_p dq = P_u du,  C dv = -H_q dq - H_u du,   C da = G_q dq + G_v dv + G_u du,      dv' = da + Lambda dv,
+
+in coordinates whose axes turn so that Gamma and Lambda are what remains of their turning. Redundant rows of C add
+nothing to its null space N. The coordinates y and z are independent ones of dq and dv, chosen once for all runs: in
+them N is the unit matrix. So no derivative of N is needed, and without loops y and z are the coordinates and rates of
+the joints.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from lienumba.integrators.tracing.linear.algebra import Array, NullSpace, accelerations, transposed, unit_rows
+
+REDUNDANT_RTOL = 1e-9  # relative to the largest diagonal element of R: a smaller one is of a redundant row
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """The matrices above (runs, rows, columns). P has rows of zeros where C holds no places, as has C_p (`places`);
+    rates: the constraints C."""
+
+    M: Array
+    places: "Constraints"
+    rates: "Constraints"
+    F: Mapping[str, Array]
+    G: Mapping[str, Array]
+    H: Mapping[str, Array]
+    P: Array
+    gamma: Array
+    turning: Array
+    laws: Mapping[str, Array]
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """x' = A x + B u of x = (y, z, s), and how dq, dv, da and dmu follow from x and u; chosen: the numbers of dq and of
+    dv that y and z are."""
+
+    A: Array
+    B: Array
+    q: tuple[Array, Array]
+    v: tuple[Array, Array]
+    a: tuple[Array, Array]
+    mu: tuple[Array, Array]
+    chosen: tuple[Array, Array]
+
+
+def reduced(blocks: Blocks, chosen: tuple[Array, Array] | None = None) -> Reduced:
+    """Reduce runs whose constraints, of both kinds, have the same ranks; chosen: see `Reduced`, if that is decided."""
+    b, runs, n = blocks, len(blocks.M), blocks.M.shape[1]
+    s, u = b.F["laws"].shape[2], b.F["inputs"].shape[2]
+    places, rates = _Free.of(b.places, chosen and chosen[0]), _Free.of(b.rates, chosen and chosen[1])
+    y, z = len(places.chosen), len(rates.chosen)
+    size = y + z + s
+
+    def zeros(rows: int) -> Array:
+        return np.zeros((runs, rows, size + u))
+
+    states, ends = (slice(0, y), slice(y, y + z), slice(y + z, size)), slice(size, size + u)
+    dq, dv, ds, du = zeros(n), zeros(n), zeros(s), zeros(u)
+    ds[:, :, states[2]], du[:, :, ends] = np.eye(s), np.eye(u)
+    dq[:, :, states[0]], dv[:, :, states[1]] = places.basis, rates.basis
+    dq += places.solved(b.P @ du)
+    dv -= rates.solved(b.H["q"] @ dq + b.H["inputs"] @ du)
+    every = {"q": dq, "v": dv, "laws": ds, "inputs": du}
+
+    def sums(of: Mapping[str, Array], rows: int, by: Mapping[str, Array]) -> Array:
+        return sum((of[name] @ x for name, x in by.items() if name in of), zeros(rows))
+
+    force = sums(b.F, n, every)
+    da = rates.solved(sums(b.G, b.P.shape[1], every))
+    along = transposed(rates.basis)
+    da += rates.basis @ accelerations(along @ b.M @ rates.basis, along @ (force - b.M @ da))
+    dmu = b.rates.multipliers(force - b.M @ da)
+    slopes = [
+        np.take(dv + b.gamma @ dq, places.chosen, axis=1),
+        np.take(da + b.turning @ dv, rates.chosen, axis=1),
+        sums(b.laws, s, {**every, "a": da, "mu": dmu}),
+    ]
+    whole = np.concatenate(slopes, axis=1)
+    q, v, a, mu = ((x[:, :, :size], x[:, :, size:]) for x in (dq, dv, da, dmu))
+    return Reduced(whole[:, :, :size], whole[:, :, size:], q, v, a, mu, (places.chosen, rates.chosen))
+
+
+@dataclass(frozen=True)
+class Constraints:
+    """C with rows of length 1, and their lengths (runs, rows)."""
+
+    space: NullSpace
+    lengths: Array
+
+    @staticmethod
+    def of(C: Array) -> "Constraints":
+        own, lengths = unit_rows(C)
+        return Constraints(NullSpace.of(own, REDUNDANT_RTOL), lengths)
+
+    def part(self, runs: Array) -> "Constraints":
+        """Return the constraints of these runs alone."""
+        return Constraints(self.space.part(runs), self.lengths[runs])
+
+    def shortest(self, wanted: Array) -> Array:
+        """Solve C x = wanted (runs, rows, k) by the shortest x (runs, n, k)."""
+        return self.space.shortest(wanted / self.lengths[:, :, None])
+
+    def multipliers(self, g: Array) -> Array:
+        """Solve C^T mu = g (runs, n, k) by the shortest mu (runs, rows, k), as far as rows can."""
+        return self.space.multipliers(g) / self.lengths[:, :, None]
+
+
+@dataclass(frozen=True)
+class _Free:
+    """A basis (runs, n, f) of the null space, the unit matrix in its `chosen` rows."""
+
+    constraints: Constraints
+    basis: Array
+    chosen: Array
+
+    @staticmethod
+    def of(constraints: Constraints, chosen: Array | None) -> "_Free":
+        space = constraints.space
+        first = space.independent[0]
+        if chosen is not None and len(chosen) == first.sum():
+            first = np.isin(np.arange(len(first)), chosen)
+        if not (space.independent == first).all():
+            space = NullSpace.of(space.C, REDUNDANT_RTOL, independent=first)
+        kept = np.flatnonzero(first)
+        return _Free(constraints, space.basis[:, :, kept], kept)
+
+    def solved(self, wanted: Array) -> Array:
+        """Solve C x = wanted by an x that is 0 in the chosen coordinates."""
+        x = self.constraints.shortest(wanted)
+        return x - self.basis @ np.take(x, self.chosen, axis=1)
