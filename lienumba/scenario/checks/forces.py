@@ -86,7 +86,7 @@ def _check_own(place: str, force: PythonForce, report: Report) -> None:
         report.add(place, "a potential energy has neither states nor samples", "leave states, memory and every out")
     if force.memory and force.every is None:
         report.add(f"{place}.memory", "only a sampled law has a memory", "give every, or keep its numbers in states")
-    if (size := sum(force.memory.values())) > MOST:
+    if (size := sum((force.memory or {}).values())) > MOST:
         report.add(f"{place}.memory", f"has more than {MOST:,} numbers", "keep fewer", size)
     if force.states and is_taken(force.name):
         report.add(
@@ -100,7 +100,7 @@ def _check_own(place: str, force: PythonForce, report: Report) -> None:
             f"{place}.name", "formulas would read its states by the name of the inputs", "give another name", INPUTS
         )
     for key in ("states", "memory"):
-        for name in getattr(force, key):
+        for name in getattr(force, key) or ():
             if not re.fullmatch(NAME, name) or iskeyword(name):
                 report.add(f"{place}.{key}", f"{show(name)} is no valid name", f"give {NAME_RULE}")
     for name, value in force.parameters.items():

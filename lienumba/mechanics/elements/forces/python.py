@@ -26,8 +26,8 @@ class PythonForce(ForceLaw):
         default={}, description=f"numbers that it gets by name {OR_FORMULA}: {{ kp = 40, kd = 2 }}"
     )
     states: dict[str, Number] = Field(default={}, description="its states and their initial values: { integral = 0 }")
-    memory: dict[str, Count] = Field(
-        default={}, description="arrays that a sampled law keeps for each run, and their sizes: { line = 200 }"
+    memory: dict[str, Count] | None = Field(
+        default=None, description="arrays that a sampled law keeps for each run, and their sizes: { line = 200 }"
     )
     every: Positive | None = Field(
         default=None, description="the interval in s at which it is sampled, above 0 (or omit it: at every time)"
@@ -42,7 +42,7 @@ class PythonForce(ForceLaw):
             returns=self.returns,
             joints=tuple(names.joints[name] for name in self.joints),
             states=list(self.states),
-            memory=list(self.memory.items()),
+            memory=list((self.memory or {}).items()),
             every=self.every,
         )
         numbers = {name: timed(x) for name, x in self.parameters.items()}
