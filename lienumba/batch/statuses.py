@@ -5,11 +5,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Status:
-    """`name`: one word for the dataset's flag_meanings; `sentence`: what it means, for people."""
+    """`name`: one word for the dataset's flag_meanings; `sentence`: what it means, for people; `former`: what older
+    files call it."""
 
     code: int
     name: str
     sentence: str
+    former: str = ""
 
 
 SUCCESS, NON_FINITE, NOT_CONVERGED, SINGULAR, ROTATION, NOT_ASSEMBLED, INVALID = range(7)
@@ -62,9 +64,10 @@ STATUSES = (
     Status(STOPPED, "stopped_by_event", "ended by an event, as asked for"),
     Status(
         NOT_CLOSED,
-        "not_closed",
+        "capture_failed",
         "a joint was to be engaged whose parts were further apart than events.closing, or are kept apart by others; "
         "engage it where they meet, or give a larger closing",
+        former="not_closed",
     ),
     Status(
         CHATTERING,
@@ -105,22 +108,25 @@ STATUSES = (
     ),
     Status(
         PUSHED,
-        "friction_pushes",
+        "friction_energy_gain",
         "something slid along its friction instead of against it, so that friction gave energy; give a smaller "
         "tolerance or a max_step, or less friction",
+        former="friction_pushes",
     ),
     Status(
         CONTRADICTS,
-        "contradiction",
+        "inconsistent_constraints",
         "joints, locks, stops and drivers that hold at once ask for different motions, as where something engages or "
         "hits what a driver goes on moving, or is locked in a dead point; let go of one of them before, or drive by a "
         "force",
+        former="contradiction",
     ),
     Status(
         VIOLATED,
-        "contact_violated",
+        "contact_law_violated",
         "a contact, a stop or what sticks did what it cannot, by more than a millionth of its forces, speeds or size: "
         "it pulled, overlapped, moved while it was closed, or held by more than its friction; give a smaller tolerance "
         "or a max_step, or other coordinates, or see whether surfaces touch where they have one tangent",
+        former="contact_violated",
     ),
 )

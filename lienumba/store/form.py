@@ -187,13 +187,15 @@ def _check_labels(name: str, x: xr.Variable, where: str) -> None:
 def _check_statuses(status: xr.DataArray, where: str) -> None:
     """They must be those that this version knows, and mean the same."""
     known = {code.code: code.name for code in STATUSES}
+    former = {code.code: code.former for code in STATUSES}
     if status.dtype.kind not in "iu":
         raise damaged(where, "status is no code")
     flags, names = status.attrs.get("flag_values"), status.attrs.get("flag_meanings")
     if flags is not None or names is not None:
         codes = np.atleast_1d(np.asarray(flags)).tolist()
         meant = names.split() if isinstance(names, str) else []
-        if len(codes) != len(meant) or any(known.get(code) != word for code, word in zip(codes, meant, strict=True)):
+        named = zip(codes, meant, strict=False)
+        if len(codes) != len(meant) or any(word not in (known.get(code), former.get(code)) for code, word in named):
             raise damaged(where, "what its statuses mean (flag_values, flag_meanings) is not known")
     for code in np.unique(status.values).tolist():
         if code not in known:

@@ -8,8 +8,9 @@ import pytest
 import xarray as xr
 
 from lienumba.batch.statuses import STATUSES
+from lienumba.errors import ScenarioError
 from lienumba.integrators import codes
-from lienumba.store import layout
+from lienumba.store import form, layout
 from lienumba.store.layout import VARIABLES, narrowed
 from lienumba.store.outputs import write
 from tests.store.store_example import INPUTS, TIMES, example
@@ -196,3 +197,15 @@ def test_counts_beyond_what_a_file_holds_are_the_largest_it_holds(tmp_path):
     with xr.open_dataset(tmp_path / "out.nc") as opened:
         assert opened.steps.dtype == np.int32
         assert opened.steps.values.tolist() == [7, most]
+
+
+def test_status_names_of_older_files_are_read():
+    status = layout.variable("status", VARIABLES["status"], np.zeros(3, np.int8), 3)
+    older = {x.name: x.former for x in STATUSES if x.former}
+    assert set(older.values()) == {"not_closed", "friction_pushes", "contradiction", "contact_violated"}
+    words = status.attrs["flag_meanings"].split()
+    status.attrs["flag_meanings"] = " ".join(older.get(word, word) for word in words)
+    form._check_statuses(status, "old.nc")
+    status.attrs["flag_meanings"] = " ".join(["nothing", *words[1:]])
+    with pytest.raises(ScenarioError, match="what its statuses mean"):
+        form._check_statuses(status, "old.nc")

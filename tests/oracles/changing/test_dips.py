@@ -56,7 +56,7 @@ def test_what_dips_within_a_step_hits(way: dict[str, Any], stop: str, height: fl
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-6, 1e-9])
 def test_what_bounces_by_long_steps_does_not_pass_the_floor(tolerance: float) -> None:
     """A step that was cut a little behind an impact left the tip below the floor by more than what touches, and nothing
-    looked for the next one: a run in twenty ended as `contact_violated`."""
+    looked for the next one: a run in twenty ended as `contact_law_violated`."""
     upper = parts.resting("b", 1.7, [0.02, 0.05, 0.06], [0, 0, 0.75], velocity=[0.8, 0, 0])
     lower = parts.body("d", 0.6, [0.002, 0.008, 0.008], rotation=[1, 0, 0, 0], angular_velocity=[0, 1, 2])
     ball = parts.joint("j", "spherical", "d", "b", points=[[0.15, 0, 0.15], [-0.25, 0, 0]])

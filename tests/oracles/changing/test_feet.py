@@ -126,7 +126,7 @@ def test_steps_of_given_length_follow_feet_that_nearly_stop() -> None:
 
 def test_what_has_less_friction_once_it_slips_begins_along_its_acceleration() -> None:
     """On four feet, whose static friction is larger than the kinetic one: they leave along other lines than those along
-    which they were held. One of these runs ended as `friction_pushes`, in steps of any length."""
+    which they were held. One of these runs ended as `friction_energy_gain`, in steps of any length."""
     rng, runs = np.random.default_rng(4001), 64
     feet = SQUARE + rng.uniform(-0.08, 0.08, (runs, 4, 2))
     mu, ratio = rng.uniform(0.1, 0.6, (runs, 4)), np.where(rng.random(runs) < 0.7, 1.0, rng.uniform(1.05, 1.5, runs))

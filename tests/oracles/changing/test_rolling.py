@@ -41,9 +41,9 @@ THROWN = np.array(
         # of four feet that roll one has all that it may hold, to 6e-9 of it: `chattering`
         [0.30637652101761054, 0.36851226287116307, 2.0374283253220455, 1.0764550836635587],
         [0.2503338484116528, 0.3383666616711373, 2.137434558661034, 1.4557001735885844],
-        # the hand's sliding along the rod passes 0 where arm and rod are in line: `friction_pushes`
+        # the hand's sliding along the rod passes 0 where arm and rod are in line: `friction_energy_gain`
         [0.16439424325494284, 0.21894258700088476, 1.817108406832077, -6.802165517783085],
-        # both feet begin to slide, one of them at a tenth of the other's speed: `friction_pushes`
+        # both feet begin to slide, one of them at a tenth of the other's speed: `friction_energy_gain`
         [0.12845704779524833, 0.6310463695453485, 2.3143288610346255, -2.428200541543731],
     ]
 )

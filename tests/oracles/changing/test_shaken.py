@@ -32,7 +32,7 @@ def flight(k: float) -> tuple[float, float]:
 @pytest.mark.parametrize("integrator", [{"tolerance": 1e-9}, {"step": 0.005}], ids=str)
 def test_all_feet_of_what_is_shaken_let_go_at_once(integrator: dict[str, Any], feet: int, friction: float) -> None:
     """All their forces come to 0 at one time, which each of them has by rounding: those that were left, or touched
-    anew, pulled, so that 13 of 20 ended as `contact_violated`."""
+    anew, pulled, so that 13 of 20 ended as `contact_law_violated`."""
     angles = 0.3 + 2 * np.pi * np.arange(feet) / feet
     places = [[0.1 * np.cos(a), 0.1 * np.sin(a), -0.1] for a in angles]
     rough = {"friction": friction} if friction else {}

@@ -73,7 +73,7 @@ def test_friction_that_becomes_negative_ends_a_run(coulomb: str, sets: dict[str,
                 "integrator": integrator | {"end_time": 1.5},
             }
         )  # fmt: skip
-        assert scenarios.statuses(ds) == ["friction_pushes"]
+        assert scenarios.statuses(ds) == ["friction_energy_gain"]
         assert 0.5 < float(ds.end_time[0]) < 1.0
 
 
@@ -85,7 +85,7 @@ def test_a_run_in_which_friction_pushes_does_not_succeed(monkeypatch: pytest.Mon
     data["model"]["gravity"] = [0.1, 0, -G]  # another program
     monkeypatch.setattr(turning, "pushing", lambda model, now, mu: [1e-5])
     ds = lienumba.run(data, progress=False)
-    assert scenarios.statuses(ds) == ["friction_pushes"]
+    assert scenarios.statuses(ds) == ["friction_energy_gain"]
     assert np.isnan(ds.energy.values[0, -1])
 
 

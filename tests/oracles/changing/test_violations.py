@@ -46,7 +46,7 @@ def test_what_only_pushes_does_nothing_else(
         return found
 
     monkeypatch.setattr(turning, "conditions", conditions)
-    assert scenarios.statuses(lienumba.run(data, progress=False)) == ["success", "contact_violated"]
+    assert scenarios.statuses(lienumba.run(data, progress=False)) == ["success", "contact_law_violated"]
 
 
 @pytest.mark.parametrize("first", ["plane", "ball"])
@@ -58,5 +58,5 @@ def test_what_is_closed_does_not_move(first: str) -> None:
     both = [plane, ball] if first == "plane" else [ball, plane]
     model = {"gravity": [0.5, 0, -G], "bodies": [parts.resting("b", 1.3, [0.1, 0.2, 0.3])], "contacts": both}
     ds = lienumba.run({"model": model, "integrator": scenarios.settings(0.5, 1e-9)}, progress=False)
-    assert scenarios.statuses(ds) == ["contact_violated"]
+    assert scenarios.statuses(ds) == ["contact_law_violated"]
     assert np.isnan(ds.energy.values[0, -1])

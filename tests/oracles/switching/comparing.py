@@ -64,7 +64,11 @@ def judge(data: dict[str, Any], way: str) -> Verdict:
     except SingularError:
         why = "comes near a singular position"
     except ContradictingError:
-        odd = [] if status(ds) == "contradiction" else [f"status {status(ds)} where equations contradict each other"]
+        odd = (
+            []
+            if status(ds) == "inconsistent_constraints"
+            else [f"status {status(ds)} where equations contradict each other"]
+        )
         return Verdict("contradicting", status(ds), problems=odd)
     except UnlikeError as error:
         why = str(error)
@@ -102,7 +106,7 @@ def compare(data: dict[str, Any], course: Course, ds: Any, way: str) -> Verdict:
     found, bound = Verdict(changes=[c.kind for c in course.changes]), WAYS[way][1]
     found.status = status(ds)
     found.problems += invariants(data, ds, way)
-    wanted = {"not_closed": "not_closed", "stopped": "stopped_by_event"}.get(course.status, "success")
+    wanted = {"capture_failed": "capture_failed", "stopped": "stopped_by_event"}.get(course.status, "success")
     if found.status != wanted:
         found.problems.append(f"status {found.status} instead of {wanted}")
         return found
@@ -129,7 +133,7 @@ def compare(data: dict[str, Any], course: Course, ds: Any, way: str) -> Verdict:
     if "change_time" not in ds:
         return found
     same("energy_lost", course.lost, ds.energy_lost)
-    if course.status == "not_closed":
+    if course.status == "capture_failed":
         return found
     wanted_changes = sorted((c.what, c.kind, c.t) for c in course.changes if c.what not in course.undecided)
     got = sorted(x for x in told(ds) if x[0] not in course.undecided)

@@ -172,7 +172,7 @@ class Changing(Modes):
                     closing = next(e.get("closing", 0.02) for e in self.events if e.get("joint") == name)
                     if apart < 2 * closing:
                         raise UnlikeError(f"bodies have to be moved by {apart:.1e} to close {name}")
-                    self.course.status = "not_closed"
+                    self.course.status = "capture_failed"
                     return False
         return True
 
