@@ -410,3 +410,25 @@ def test_a_state_that_begins_at_a_limit_is_held_there(limit: float) -> None:
         found = lienumba.modes(given, at=[0.0, 1.0])
         np.testing.assert_allclose(found.angular_frequency.values[0], [[0.0, free]] * 2, atol=1e-7)
         np.testing.assert_allclose(found.growth.values[0], [[0.0, -3.0]] * 2, atol=1e-7)
+
+
+def test_a_run_has_its_own_coordinates_where_those_of_the_first_do_not_fit() -> None:
+    """A body at a distance of 1 m from the ground's origin, on a bushing: beside it, above it, and nearly above it."""
+    places = np.array([[1.0, 0.0], [0.0, 1.0], [1e-9, 1.0]])
+    bushing = {"name": "mount", "type": "bushing", "bodies": ["ground", "b"], "points": [[0, 0, 0]] * 2,
+               "stiffness": [100, 200, 300], "rotational_stiffness": [5, 6, 7]}  # fmt: skip
+    body = parts.body("b", 1.0, 0.1, position=[1, 0, 0], rotation=[1, 0, 0, 0])
+    rod = {"name": "rod", "type": "distance", "bodies": ["ground", "b"], "points": [[0, 0, 0]] * 2, "length": 1}
+    data = {
+        "model": {"gravity": [0, 0, 0], "bodies": [body], "joints": [rod], "forces": [bushing]},
+        **SHORT,
+        "sweep": {"sampler": "table", "table": {"columns": {
+            f"bodies.b.position[{n}]": places[:, n].tolist() for n in range(2)}}},
+    }  # fmt: skip
+    found, growth = lienumba.equilibrium(data), np.sqrt(200.0 - 100.0)
+    assert found.status.values.tolist() == [0, 2, 0]
+    assert found.growth.values[1] == pytest.approx(growth, rel=1e-9)
+    assert abs(found.position.values[2, 0, 0]) == pytest.approx(1.0)  # it goes down to where the others are stable
+    modes = lienumba.modes(data).growth.values[:, 0]
+    np.testing.assert_allclose(np.nanmax(modes[1:], axis=1), growth, rtol=1e-6)
+    assert np.nanmax(modes[0]) < 1e-9

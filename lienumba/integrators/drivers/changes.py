@@ -77,10 +77,12 @@ from lienumba.integrators.layout import (
     TARGETS,
     UNILATERAL,
     VALUE,
+    WRITTEN,
     T,
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
+from lienumba.integrators.truth import BAND
 from lienumba.numerics.operations import HOLDS
 
 ROUNDS = 64  # at one time
@@ -429,6 +431,14 @@ def _rounding(
     return max(force, modes.SLIGHT * -old)
 
 
+@inlined
+def _is_reset(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, event: int, new: float) -> bool:
+    """Whether an event has set its own condition false, as that of a timer."""
+    extent = rows[first.conditions + layout.peak_row(sizes) + layout.EXTENT * sizes.events + event, lane]
+    sets = plan.acts[event, ACTION] == SETS and plan.acts[event, WRITTEN] != 0
+    return sets and new < -BAND * extent
+
+
 @apart
 def _renew(
     sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int, end: float
@@ -448,7 +458,7 @@ def _renew(
         rows[first.conditions + 2 * count + n, lane] = t if turned else NEVER
         if turned:
             keep_state(first, rows, runs, queue, lane, n, first.state)
-        if now:
+        if now and not _is_reset(sizes, first, rows, plan, lane, n, new):
             new = max(new, HOLDS)
         if n >= sizes.events and _decided(sizes, first, rows, lane, n - sizes.events):
             least = _rounding(sizes, first, rows, plan, lane, n - sizes.events, noise, old)

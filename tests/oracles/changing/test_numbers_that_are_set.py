@@ -53,3 +53,39 @@ def test_events_at_one_time_see_what_those_before_them_have_set(
     assert ds["left"].item() == 5.0
     way = 0.5 * force[0] * 0.25 + force[0] * 0.5 * 1.5 + 0.5 * force[1] * 2.25
     assert ds.position.values[0, -1, 0, 0] == pytest.approx(way, rel=1e-9)
+
+
+@pytest.mark.parametrize("integrator", [*METHODS, {"method": "dp54", "tolerance": 1e-6}])
+@pytest.mark.parametrize(
+    ("when", "parameters"), [("t > next", {"next": "next + 0.1"}), ("x.x > next", {"next": "x.x + 0.1"})]
+)
+def test_a_timer_that_sets_itself_ticks(integrator: dict[str, Any], when: str, parameters: dict[str, str]) -> None:
+    """Every 0.1 s, or 0.1 m at 1 m/s, however long the steps are."""
+    ds = lienumba.run({
+        "parameters": {"next": 0.1},
+        "model": {"gravity": [0, 0, 0], "bodies": [STONE | {"velocity": [1, 0, 0]}]},
+        "quantities": [{"name": "x", "type": "point", "body": "stone"}],
+        "events": [{"name": "tick", "when": when, "action": "set", "parameters": parameters}],
+        "integrator": {"end_time": 2.95, **integrator},
+    })  # fmt: skip
+    assert ds.status.item() == 0
+    assert ds.event_count.item() == 29
+
+
+@pytest.mark.parametrize("integrator", METHODS)
+@pytest.mark.parametrize("threshold", [1e12, 1e15])
+def test_a_threshold_that_is_set_to_where_it_is_acts_from_there_on(
+    integrator: dict[str, Any], threshold: float
+) -> None:
+    events = [
+        {"name": "mark", "when": "t > 1", "action": "set", "parameters": {"threshold": "x.x"}, "once": True},
+        {"name": "beyond", "when": "x.x > threshold", "action": "record"},
+    ]
+    ds = lienumba.run({
+        "parameters": {"threshold": threshold},
+        "model": {"gravity": [0, 0, 0], "bodies": [STONE | {"velocity": [1, 0, 0]}]},
+        "quantities": [{"name": "x", "type": "point", "body": "stone"}],
+        "events": events,
+        "integrator": {"end_time": 2.0, **integrator},
+    })  # fmt: skip
+    np.testing.assert_allclose(ds.event_time[0], [1.0, 1.0], rtol=0, atol=1e-6)

@@ -104,13 +104,13 @@ def follow(sizes: Sizes, at: Workspace, values: Address, rates: Address, lanes: 
 
 @apart
 def rescale(sizes: Sizes, at: Workspace, plan: Plan, values: Address, lanes: Mask) -> None:
-    """Take the scale of a condition from its new value, in these lanes, where an event has set a number that it reads:
-    where the value has jumped by more than the hysteresis band, and not to 0, which is no scale."""
+    """Take the scale of conditions of the scenario from their new values, in these lanes, where the values have jumped
+    by more than the hysteresis band. To be called when an event has set numbers, before anything else changes."""
     peaks = at.conditions + ROW * layout.peak_row(sizes)
     for n in range(sizes.events):
         now, extent = load(values, n), load(peaks, layout.EXTENT * sizes.events + n)
         written = splat(float(plan.acts[n, WRITTEN])) != 0.0
-        jumps = lanes & written & (absolute(now - load(at.conditions, n)) > BAND * extent) & (absolute(now) > HOLDS)
+        jumps = lanes & written & (absolute(now - load(at.conditions, n)) > BAND * extent)
         store(peaks, n, choose(jumps, now, load(peaks, n)))
         store(peaks, layout.EXTENT * sizes.events + n, choose(jumps, absolute(now), extent))
 

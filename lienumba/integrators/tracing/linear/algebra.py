@@ -18,6 +18,7 @@ TIE = (
     1e-6  # relative: of columns that are equally long the last one counts as the longest, so the first are independent
 )
 GROWTH_RTOL = 1e-7  # relative to an eigenvalue: less growth is roundoff
+FITS_RTOL = 1e-3  # relative to the largest singular value of the columns of dependent coordinates
 ROUNDOFF_RTOL = 1e-13  # relative to the largest eigenvalue: the error of a single one is smaller
 PAIR_RTOL = 3e-7  # the same: roundoff moves a double one apart by less
 
@@ -109,6 +110,15 @@ class NullSpace:
         found[finite] = (transposed(Vt) * weights[:, None, :]) @ transposed(U)
         return found
 
+    def fits(self, independent: Array) -> Array:
+        """Whether these coordinates (n,) are independent in each run, and far from being dependent (runs,)."""
+        if (rank := int((~independent).sum())) == 0:
+            return self.rank == 0
+        finite = is_finite(self.C)
+        S = np.linalg.svd(np.where(finite[:, None, None], self.C, 0.0)[:, :, ~independent], compute_uv=False)
+        found: Array = finite & (self.rank == rank) & (S[:, rank - 1] > FITS_RTOL * S[:, 0])
+        return found
+
     def masses(self, M: Array) -> Array:
         """The masses (runs, n, n) of the independent coordinates, and the unit matrix for the dependent ones."""
         found: Array = transposed(self.basis) @ M @ self.basis
@@ -137,11 +147,11 @@ def accelerations(M: Array, b: Array) -> Array:
         scaled, right = M / (sizes * transposed(sizes)), b / sizes
     bad = ~is_finite(scaled, right)
     scaled = np.where(bad[:, None, None], np.eye(M.shape[1]), scaled)
-    try:
-        np.linalg.cholesky(scaled)
-        found = np.linalg.solve(scaled, np.where(bad[:, None, None], 0.0, right))
-    except np.linalg.LinAlgError:
-        found = np.linalg.pinv(scaled, MASS_RTOL, hermitian=True) @ np.where(bad[:, None, None], 0.0, right)
+    right = np.where(bad[:, None, None], 0.0, right)
+    singular = np.linalg.eigvalsh(scaled).min(axis=1, initial=1.0) <= MASS_RTOL
+    found = np.linalg.solve(np.where(singular[:, None, None], np.eye(M.shape[1]), scaled), right)
+    if singular.any():
+        found[singular] = np.linalg.pinv(scaled[singular], MASS_RTOL, hermitian=True) @ right[singular]
     found[bad] = np.nan
     return found / sizes
 

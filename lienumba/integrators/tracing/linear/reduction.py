@@ -37,6 +37,16 @@ class Blocks:
     turning: Array
     laws: Mapping[str, Array]
 
+    def independent(self, run: int) -> tuple[Array, Array]:
+        """Which numbers of dq and of dv are independent in a run (n,)."""
+        return self.places.space.independent[run], self.rates.space.independent[run]
+
+    def fits(self, runs: Array, independent: tuple[Array, Array]) -> Array:
+        """In which of these runs such numbers are independent, far from dependent."""
+        places, rates = (x.space.part(runs) for x in (self.places, self.rates))
+        found: Array = places.fits(independent[0]) & rates.fits(independent[1])
+        return found
+
 
 @dataclass(frozen=True)
 class Reduced:
@@ -52,11 +62,11 @@ class Reduced:
     chosen: tuple[Array, Array]
 
 
-def reduced(blocks: Blocks, chosen: tuple[Array, Array] | None = None) -> Reduced:
-    """Reduce runs whose constraints, of both kinds, have the same ranks; chosen: see `Reduced`, if that is decided."""
+def reduced(blocks: Blocks, independent: tuple[Array, Array]) -> Reduced:
+    """Reduce runs in which these numbers of dq and of dv (n,) are independent."""
     b, runs, n = blocks, len(blocks.M), blocks.M.shape[1]
     s, u = b.F["laws"].shape[2], b.F["inputs"].shape[2]
-    places, rates = _Free.of(b.places, chosen and chosen[0]), _Free.of(b.rates, chosen and chosen[1])
+    places, rates = _Free.of(b.places, independent[0]), _Free.of(b.rates, independent[1])
     y, z = len(places.chosen), len(rates.chosen)
     size = y + z + s
 
@@ -123,14 +133,11 @@ class _Free:
     chosen: Array
 
     @staticmethod
-    def of(constraints: Constraints, chosen: Array | None) -> "_Free":
+    def of(constraints: Constraints, independent: Array) -> "_Free":
         space = constraints.space
-        first = space.independent[0]
-        if chosen is not None and len(chosen) == first.sum():
-            first = np.isin(np.arange(len(first)), chosen)
-        if not (space.independent == first).all():
-            space = NullSpace.of(space.C, REDUNDANT_RTOL, independent=first)
-        kept = np.flatnonzero(first)
+        if not (space.independent == independent).all():
+            space = NullSpace.of(space.C, REDUNDANT_RTOL, independent=independent)
+        kept = np.flatnonzero(independent)
         return _Free(constraints, space.basis[:, :, kept], kept)
 
     def solved(self, wanted: Array) -> Array:

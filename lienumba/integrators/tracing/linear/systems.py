@@ -111,12 +111,18 @@ class Recorded:
             good &= np.isfinite(blocks.F["q"]).all(axis=(1, 2)) & np.isfinite(blocks.F["v"]).all(axis=(1, 2))
             ranks = np.stack([blocks.places.space.rank, blocks.rates.space.rank], axis=1)
             for rank in np.unique(ranks[good], axis=0):
-                own, kind = np.flatnonzero(good & (ranks == rank).all(axis=1)), tuple(rank.tolist())
-                of_kind = _of(blocks, own)
-                found = reduced(of_kind, chosen.get(kind))
-                chosen[kind] = found.chosen
-                seen_of = {name: x[own] for name, x in seen.items()}
-                yield _system(own + first, found, seen_of, bodies[own], scale[own + first])
+                left, kind = np.flatnonzero(good & (ranks == rank).all(axis=1)), tuple(rank.tolist())
+                while len(left):
+                    given = blocks.independent(left[0]) if kind not in chosen else chosen[kind]
+                    fits = blocks.fits(left, given)
+                    if not fits.any():  # in coordinates of their own
+                        given = blocks.independent(left[0])
+                        fits = blocks.fits(left, given)
+                        fits[0] = True
+                    chosen.setdefault(kind, given)
+                    own, left = left[fits], left[~fits]
+                    found, seen_of = reduced(_of(blocks, own), given), {name: x[own] for name, x in seen.items()}
+                    yield _system(own + first, found, seen_of, bodies[own], scale[own + first])
 
     def seen(self, states: States) -> Array:
         """The outputs (runs, ...), without accelerations."""
