@@ -18,7 +18,7 @@ TIE = (
     1e-6  # relative: of columns that are equally long the last one counts as the longest, so the first are independent
 )
 GROWTH_RTOL = 1e-7  # relative to an eigenvalue: less growth is roundoff
-FITS_RTOL = 1e-3  # relative to the largest singular value of the columns of dependent coordinates
+FITS_RTOL = 1e-3  # of the smallest singular value of C: that of the columns of dependent coordinates is larger
 ROUNDOFF_RTOL = 1e-13  # relative to the largest eigenvalue: the error of a single one is smaller
 PAIR_RTOL = 3e-7  # the same: roundoff moves a double one apart by less
 
@@ -115,8 +115,9 @@ class NullSpace:
         if (rank := int((~independent).sum())) == 0:
             return self.rank == 0
         finite = is_finite(self.C)
-        S = np.linalg.svd(np.where(finite[:, None, None], self.C, 0.0)[:, :, ~independent], compute_uv=False)
-        found: Array = finite & (self.rank == rank) & (S[:, rank - 1] > FITS_RTOL * S[:, 0])
+        C = np.where(finite[:, None, None], self.C, 0.0)
+        own, every = (np.linalg.svd(x, compute_uv=False)[:, rank - 1] for x in (C[:, :, ~independent], C))
+        found: Array = finite & (self.rank == rank) & (own > FITS_RTOL * every)
         return found
 
     def masses(self, M: Array) -> Array:
