@@ -18,7 +18,7 @@ from lienumba.integrators.tracing.linear.equations import Equations, Linear, Run
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.integrators.tracing.linear.outputs import LinearOutputs
 from lienumba.integrators.tracing.linear.recorded import recorded
-from lienumba.integrators.tracing.linear.supports import REDUNDANT_RTOL, Supports
+from lienumba.integrators.tracing.linear.supports import LOOP_RTOL, Supports
 from lienumba.integrators.tracing.linear.systems import gravity_of, size_of
 from lienumba.integrators.tracing.linear.uniform_rotation import Carried, carried
 from lienumba.integrators.tracing.template import split
@@ -131,7 +131,7 @@ class Balance:
     def null_space(self, at: Linear, which: Array) -> tuple[NullSpace, Array]:
         """Of C in scaled coordinates, with rows of length 1; and their lengths (runs, m)."""
         C, lengths = unit_rows(self.scaled_rows(at, which))
-        return NullSpace.of(C, REDUNDANT_RTOL, self.most[which]), lengths
+        return NullSpace.of(C, LOOP_RTOL, self.most[which]), lengths
 
     def scaled_rows(self, at: Linear, which: Array) -> Array:
         """C in scaled coordinates (runs, m, n)."""
@@ -145,7 +145,7 @@ class Balance:
         self.supports.write(self.state, which)
         at = self.at(self.state[:, which], np.zeros((len(which), self.n)), self.mu[which], which, self.constraints)
         space, own = self.supports.apart(self.scaled_rows(at, which), self.others[which])
-        self.most[which] = space.rank + NullSpace.of(unit_rows(own)[0], REDUNDANT_RTOL).rank
+        self.most[which] = space.rank + NullSpace.of(unit_rows(own)[0], LOOP_RTOL).rank
 
     def with_rates(self, state: Array, rates: Array) -> Array:
         """States with these velocities (runs, n)."""

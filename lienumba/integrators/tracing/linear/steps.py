@@ -4,7 +4,8 @@ In independent coordinates y (see `NullSpace`) and changes ds of the states of l
 
     (K + sigma N^T N) y - S ds = N^T f,    -L y + (tau - P) ds = s',
 
-with the forces f = Q - M a - C^T mu, the stiffness K and the other derivatives where it begins.
+with the forces f = Q - M a - C^T mu, the stiffness K and the other derivatives where it begins. sigma damps
+coordinates, and tau = sqrt(sigma/(K + sigma)) states of laws; both vanish with the forces.
 """
 
 from dataclasses import dataclass

@@ -33,10 +33,10 @@ from lienumba.mechanics.system import constraints
 from lienumba.mechanics.system.switched import scales
 from lienumba.mechanics.system.switches import Switch
 
-REDUNDANT_RTOL = 1e-6  # relative to the largest diagonal element of R: a smaller one is of a redundant row
+LOOP_RTOL = 1e-6  # relative to the largest diagonal element of R: less is of a redundant row, in loops not quite closed
 MAX_SOLUTIONS = 40  # of the contact law in a run; then its contacts no longer change
 SAME_STEP = 1e-6  # of a step: contacts that close within it close together
-RATE_RTOL = 1e-9  # relative to the terms of an acceleration: a smaller one is roundoff
+ACCELERATION_RTOL = 1e-9  # relative to the terms of an acceleration: a smaller one is roundoff
 
 
 @cache
@@ -115,7 +115,7 @@ class Supports:
         """The null space of the other rows of C (runs, rows, n), and the rows of contacts and stops along it."""
         others = C.copy()
         others[:, self.columns] = 0.0
-        space = NullSpace.of(unit_rows(others)[0], REDUNDANT_RTOL, most)
+        space = NullSpace.of(unit_rows(others)[0], LOOP_RTOL, most)
         return space, C[:, self.columns] @ space.basis
 
     def stays(self, C: Array, M: Array, f: Array, most: Array, which: Array) -> tuple[Array, Array]:
@@ -149,7 +149,7 @@ class Supports:
         given = np.ascontiguousarray(S), b.copy(), numbers, np.ascontiguousarray(law)
         _forces()(*given, np.ascontiguousarray(self.friction[:, which].T), x, rates, status, room, matrix)
         terms = np.abs(b) + (np.abs(S) * np.abs(x)[:, None, :]).sum(axis=2)
-        moves = np.abs(rates) > RATE_RTOL * terms
+        moves = np.abs(rates) > ACCELERATION_RTOL * terms
         self.solutions[which] += 1
         goes_on = (status == SOLVED) & (self.solutions[which] < MAX_SOLUTIONS)
         holds, changes = status == SOLVED, np.zeros(runs, bool)
