@@ -141,7 +141,7 @@ class Stepping(Balance):
         A[:, n:][idle] = 0.0
         return A
 
-    def move(self, which: Array, step: "Step") -> tuple[Array, Array]:
+    def move(self, which: Array, step: Step) -> tuple[Array, Array]:
         """Move by as much of the step as is allowed; the fraction, and whether a contact closed (runs,)."""
         runs, part, old = len(which), step.most.copy(), self.state[:, which]
         for _ in range(MAX_HALVINGS):
@@ -170,7 +170,7 @@ class Stepping(Balance):
         self.state[:, which] = self.counted(new, which)
         return part, met
 
-    def _leaps(self, old: Array, part: Array, step: "Step", ahead: Array, which: Array) -> Array:
+    def _leaps(self, old: Array, part: Array, step: Step, ahead: Array, which: Array) -> Array:
         """Whether steps lead over a pole, with much more force on the way than at both ends (runs,)."""
         most, leaps = POLE * np.maximum(np.abs(ahead), np.abs(step.push)), np.zeros(len(which), bool)
         for fraction in ON_THE_WAY:
