@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lienumba.integrators.drivers.lane_queue import Plan
+from lienumba.integrators.drivers.workspace import Plan
 from lienumba.integrators.layout import (
     ACT_NUMBERS,
     ENGAGES,

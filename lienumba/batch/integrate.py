@@ -10,7 +10,7 @@ import numpy as np
 from lienumba.batch.records import per_run
 from lienumba.batch.statuses import STOPPED
 from lienumba.compiler.rows import W
-from lienumba.integrators.drivers.lane_queue import Plan
+from lienumba.integrators.drivers.workspace import Plan
 from lienumba.integrators.layout import (
     ACT_NUMBERS,
     KEPT_NUMBERS,

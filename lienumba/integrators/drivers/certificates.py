@@ -6,7 +6,7 @@ import numpy as np
 from lienumba.compiler.lanes import Lanes, Mask, choose, load, splat
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import codes, layout
-from lienumba.integrators.drivers.lane_queue import Plan
+from lienumba.integrators.drivers.workspace import Plan
 from lienumba.integrators.layout import (
     BILATERAL,
     FRICTION,

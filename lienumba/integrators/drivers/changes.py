@@ -30,7 +30,7 @@ from lienumba.integrators.drivers.events.acting import (
 from lienumba.integrators.drivers.events.finding import note
 from lienumba.integrators.drivers.events.search import LEAVES, TOUCH
 from lienumba.integrators.drivers.events.turns import SLIGHT
-from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
+from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue, keep_state
 from lienumba.integrators.drivers.measuring.steps import forget_past_of
 from lienumba.integrators.drivers.switching import (
     asking,
@@ -43,7 +43,7 @@ from lienumba.integrators.drivers.switching import (
 )
 from lienumba.integrators.drivers.switching.closing import close, has_closed, project, widest_gap
 from lienumba.integrators.drivers.switching.reactions import Reactions
-from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.drivers.workspace import Plan, Rows
 from lienumba.integrators.layout import (
     ACTION,
     BEGINS,

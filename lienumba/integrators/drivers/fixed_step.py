@@ -12,11 +12,10 @@ from lienumba.compiler.routines.marks import Floats1, Floats2, Floats3, Floats4,
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout, selection_table
 from lienumba.integrators.drivers import stages
-from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.drivers.measuring.steps import begin_measures, forget_past, measure_closed, take_gains
 from lienumba.integrators.drivers.row_selection import WEAKENED
 from lienumba.integrators.drivers.stages import commit, copy
-from lienumba.integrators.drivers.workspace import Places, Rows, addresses
+from lienumba.integrators.drivers.workspace import Places, Plan, Rows, addresses
 from lienumba.integrators.layout import ACCEPTED, FRESH, ITERATIONS, SEEN, STATUS, UNTIL, T
 from lienumba.integrators.sizes import Sizes
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lienumba.compiler.lanes import Address, Lanes, Mask, choose, load, splat, store
-from lienumba.compiler.routines.marks import Floats2, Floats3, Floats4, Integers1, Integers2, apart, inlined
+from lienumba.compiler.routines.marks import Floats2, Floats3, Floats4, Integers1, apart, inlined
 from lienumba.compiler.rows import W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers.workspace import Rows
@@ -70,19 +70,6 @@ class ChunkRuns(NamedTuple):
     change_counts: Floats2
     energy_lost: Floats2
     kept: Floats3
-
-
-class Plan(NamedTuple):
-    """What happens at events. stops (events,): whether it ends a run; acts (events, 7): see `layout.ACTION`; targets:
-    of all events; switches (s, 7): see `layout.SWITCH_KIND`; kept (n, 9): see `layout.KEPT_KIND`; straight (signals,):
-    whether one bends nowhere."""
-
-    stops: Integers1
-    acts: Integers2
-    targets: Integers1
-    switches: Integers2
-    kept: Integers2
-    straight: Integers1
 
 
 class Queue(NamedTuple):

@@ -26,7 +26,6 @@ from lienumba.integrators.drivers.lane_queue import (
     STEP,
     TOLERANCE,
     ChunkRuns,
-    Plan,
     Queue,
     accept,
     fill,
@@ -36,7 +35,7 @@ from lienumba.integrators.drivers.lane_queue import (
     pass_discontinuities,
     propose,
     reject,
-)  # fmt: skip
+)
 from lienumba.integrators.drivers.measuring.steps import (
     begin_measures,
     forget_past_of,
@@ -46,7 +45,7 @@ from lienumba.integrators.drivers.measuring.steps import (
 )
 from lienumba.integrators.drivers.row_selection import WEAKENED
 from lienumba.integrators.drivers.stages import commit
-from lienumba.integrators.drivers.workspace import Places, Rows, addresses
+from lienumba.integrators.drivers.workspace import Places, Plan, Rows, addresses
 from lienumba.integrators.layout import (
     ACCEPTED,
     BACK,

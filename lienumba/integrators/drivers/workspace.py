@@ -1,11 +1,11 @@
-"""What all drivers are written with: the addresses of the regions of their memory."""
+"""What the functions of drivers carry: the compiled mechanism, its events and contacts, and the memory of a driver."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from lienumba.compiler.lanes import Address
-from lienumba.compiler.routines.marks import apart
+from lienumba.compiler.routines.marks import Floats1, Floats2, Integers1, Integers2, apart
 from lienumba.compiler.rows import ROW
 from lienumba.integrators.layout import Workspace, workspace
 from lienumba.integrators.sizes import Sizes
@@ -20,6 +20,41 @@ class Places(NamedTuple):
     new: Address
     now: Address
     following: Address
+
+
+class Plan(NamedTuple):
+    """What events do, and what the rows of contacts and of measures are.
+
+    stops (events,): whether an event ends a run; acts (events, 8): see `layout.ACTION`; targets: of all events;
+    switches (s, 9): see `layout.SWITCH_KIND`; kept (n, 10): see `layout.KEPT_KIND`; straight (signals,): whether one
+    bends nowhere.
+    """
+
+    stops: Integers1
+    acts: Integers2
+    targets: Integers1
+    switches: Integers2
+    kept: Integers2
+    straight: Integers1
+
+
+class Context(NamedTuple):
+    """What is the same in all steps of a driver.
+
+    kernels: addresses, see `layout.ORDER`; nodes: c of all stages; limit, tolerance: of the projections; at: the
+    regions of memory as addresses, first: their first rows in `rows`; table: in which constraint rows are selected.
+    """
+
+    kernels: Integers1
+    nodes: Floats1
+    sizes: Sizes
+    plan: Plan
+    limit: int
+    tolerance: float
+    at: Workspace
+    first: Workspace
+    rows: Floats2
+    table: Floats2
 
 
 @apart

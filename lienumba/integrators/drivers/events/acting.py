@@ -5,8 +5,8 @@ from lienumba.compiler.lanes import Address, Lanes, Mask, choose, load, splat, s
 from lienumba.compiler.routines.marks import Integers2, apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
-from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue
+from lienumba.integrators.drivers.workspace import Plan, Rows
 from lienumba.integrators.layout import (
     ACTION,
     ENGAGES,

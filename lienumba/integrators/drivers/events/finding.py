@@ -12,9 +12,9 @@ from lienumba.integrators.drivers.events.loads import loaded, seek_loads
 from lienumba.integrators.drivers.events.search import EDGE, LATER, LEAVES, SOUGHT, TOUCH, search
 from lienumba.integrators.drivers.events.turns import SLIGHT, doubt_rates, go_on, keep_rates, rises_here, seek_turns
 from lienumba.integrators.drivers.events.waves import count_more, see_peaks, seek_first
-from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
+from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue, keep_state
 from lienumba.integrators.drivers.switching.reactions import STILL
-from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.drivers.workspace import Plan, Rows
 from lienumba.integrators.layout import (
     ACTION,
     BEGINS,

@@ -13,9 +13,9 @@ from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.events.search import look_within, search_between
 from lienumba.integrators.drivers.events.turns import climb, holds, least_of, may_turn
-from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
+from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue
 from lienumba.integrators.drivers.lobatto import missed, point
-from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.drivers.workspace import Plan, Rows
 from lienumba.integrators.layout import CLEAR, OPENS, POINTS, STICK, UNTIL, Workspace
 from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import absolute, maximum, minimum

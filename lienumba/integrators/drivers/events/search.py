@@ -13,8 +13,8 @@ from lienumba.compiler.rows import W
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.dense_output import between
-from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue, keep_state
-from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue, keep_state
+from lienumba.integrators.drivers.workspace import Plan, Rows
 from lienumba.integrators.layout import (
     ACTION,
     AFTER,

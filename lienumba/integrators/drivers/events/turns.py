@@ -15,9 +15,9 @@ from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.certificates import BEYOND
 from lienumba.integrators.drivers.events.acting import follow, if_it_acts
 from lienumba.integrators.drivers.events.search import SOUGHT, TOUCH, locate, look_within, search_between
-from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
+from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue
 from lienumba.integrators.drivers.lobatto import point
-from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.drivers.workspace import Plan, Rows
 from lienumba.integrators.layout import (
     ACTION,
     CHANGED,

@@ -15,8 +15,8 @@ from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.events.acting import if_it_acts
 from lienumba.integrators.drivers.events.search import SOUGHT, look_within, search_between
 from lienumba.integrators.drivers.events.turns import before_hits, least_of, length_of, rate_of
-from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Plan, Queue
-from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue
+from lienumba.integrators.drivers.workspace import Plan, Rows
 from lienumba.integrators.layout import (  # fmt: skip
     ACTION,
     EXTENT,

@@ -11,7 +11,6 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.events.search import finest_part
-from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.drivers.lobatto import fraction_of
 from lienumba.integrators.drivers.measuring.keeping import keep_over
 from lienumba.integrators.drivers.measuring.points import (
@@ -24,7 +23,7 @@ from lienumba.integrators.drivers.measuring.points import (
     turn,
     value_of,
 )
-from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.drivers.workspace import Plan, Rows
 from lienumba.integrators.layout import (
     COUNTS,
     ELSEWHERE,

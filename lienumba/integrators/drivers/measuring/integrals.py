@@ -10,9 +10,9 @@ import numpy as np
 from lienumba.compiler.lanes import Lanes, Mask, any_lane, choose, load, splat
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.drivers.lobatto import point
 from lienumba.integrators.drivers.measuring.points import look, signals
+from lienumba.integrators.drivers.workspace import Plan
 from lienumba.integrators.layout import ELSEWHERE, KEPT_QUADRATURE, POINTS, Workspace
 from lienumba.integrators.sizes import Sizes
 from lienumba.numerics.operations import absolute, maximum, minimum

@@ -6,10 +6,10 @@ from lienumba.compiler.lanes import Lanes, Mask, any_lane, choose, load, splat, 
 from lienumba.compiler.routines.marks import apart
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.drivers.measuring.extremes import keep_extreme
 from lienumba.integrators.drivers.measuring.integrals import gain, mean_over
 from lienumba.integrators.drivers.measuring.points import signals, time_of
+from lienumba.integrators.drivers.workspace import Plan
 from lienumba.integrators.layout import (
     COUNTS,
     INTEGRATES,

@@ -10,12 +10,12 @@ from lienumba.compiler.lanes import Lanes, Mask, any_lane, choose, load, splat, 
 from lienumba.compiler.routines.marks import apart
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.lane_queue import NEVER, Plan
+from lienumba.integrators.drivers.lane_queue import NEVER
 from lienumba.integrators.drivers.lobatto import missed, point
 from lienumba.integrators.drivers.measuring.extremes import UNLIKE
 from lienumba.integrators.drivers.measuring.pieces import bend, keep_pieces
 from lienumba.integrators.drivers.measuring.points import look, look_along, signals, value_of
-from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.drivers.workspace import Plan, Rows
 from lienumba.integrators.layout import (
     ELSEWHERE,
     KEPT_BENDS,

@@ -9,7 +9,6 @@ from lienumba.compiler.lanes import Lanes, Mask, any_lane, choose, load, splat
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.events.search import finest_part
-from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.drivers.lobatto import fraction_of
 from lienumba.integrators.drivers.measuring.conditions import keep_within
 from lienumba.integrators.drivers.measuring.points import (
@@ -22,7 +21,7 @@ from lienumba.integrators.drivers.measuring.points import (
     turn,
     value_of,
 )
-from lienumba.integrators.drivers.workspace import Rows
+from lienumba.integrators.drivers.workspace import Plan, Rows
 from lienumba.integrators.layout import (
     KEPT_BEND,
     KEPT_BENDS,

@@ -10,10 +10,9 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
-from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.drivers.measuring.panels import keep_panels
 from lienumba.integrators.drivers.measuring.points import LEANING, look, signals, value_of
-from lienumba.integrators.drivers.workspace import Places, Rows
+from lienumba.integrators.drivers.workspace import Places, Plan, Rows
 from lienumba.integrators.layout import (
     CHANGES,
     COUNTS,

@@ -9,9 +9,8 @@ from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.events.acting import engages
 from lienumba.integrators.drivers.events.search import TOUCH
-from lienumba.integrators.drivers.lane_queue import Plan
 from lienumba.integrators.drivers.switching import reactions
-from lienumba.integrators.drivers.workspace import Places, Rows
+from lienumba.integrators.drivers.workspace import Places, Plan, Rows
 from lienumba.integrators.layout import (
     CHANGED,
     FRESH,
