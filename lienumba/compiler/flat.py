@@ -5,10 +5,11 @@ and shapes travel in one array of int64, floats in one of float64, in the order 
 """
 
 import ctypes
+import functools
 from collections.abc import Iterable
 from importlib import import_module
 from types import FunctionType
-from typing import Any
+from typing import Any, cast, get_type_hints
 
 import numpy as np
 
@@ -55,6 +56,28 @@ def kept(module: str, name: str) -> Flat:
 def compiled(routine: FunctionType) -> Flat:
     """A routine that is compiled now."""
     return Flat(routine.__qualname__, object_code(routine))
+
+
+def plain(module: str, name: str) -> FunctionType:
+    """A routine of a module as a plain Python function on the same memory, with the same bits: to be stepped through,
+    and measured for coverage. Some thousand times slower."""
+    routine = getattr(import_module(module), name)
+    hints = get_type_hints(routine)
+    hints.pop("return", None)
+
+    @functools.wraps(routine)
+    def run(*arguments: Any) -> None:
+        with np.errstate(all="ignore"):
+            routine(*map(_named, hints.values(), arguments))
+
+    return cast(FunctionType, run)
+
+
+def _named(hint: Any, given: Any) -> Any:
+    """An argument, in the named tuples that a routine asks for."""
+    if not hasattr(hint, "_fields"):
+        return given
+    return hint(*map(_named, get_type_hints(hint).values(), given))
 
 
 def key_of(name: str) -> str:

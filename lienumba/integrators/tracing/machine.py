@@ -1,6 +1,7 @@
 """A program as machine code: addresses for the driver, and the memory that it needs."""
 
 import ctypes
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lienumba.compiler import native
-from lienumba.compiler.flat import Flat, kept
+from lienumba.compiler.flat import Flat, kept, plain
 from lienumba.compiler.foreign.calls import linked
 from lienumba.compiler.memo import Memo
 from lienumba.compiler.rows import W
@@ -77,7 +78,10 @@ def compile_program(program: Program) -> Machine:
 
 
 def _driver(outline: Outline) -> Callable[..., None]:
+    """The driver of a program, as plain Python where the environment variable LIENUMBA_DRIVERS is "python"."""
     name = f"lienumba.integrators.drivers.{'variable_step' if outline.queued else 'fixed_step'}"
+    if os.environ.get("LIENUMBA_DRIVERS") == "python":
+        return plain(name, "drive")
     return _DRIVERS.get(name, lambda: kept(name, "drive"))
 
 
