@@ -45,6 +45,11 @@ def choose(mask: Mask | bool, x: Lanes | float, y: Lanes | float) -> Any:
     return np.where(*given).view(_Values)
 
 
+def fma(a: Lanes, b: Lanes, c: Lanes) -> Any:
+    """a b + c, rounded once: in compiled routines alone."""
+    raise NotImplementedError("NumPy rounds twice")
+
+
 def any_lane(mask: Mask | bool) -> bool:
     """Whether the mask holds in some lane."""
     return bool(np.any(mask))  # type: ignore[arg-type]

@@ -16,6 +16,7 @@ Lowering = Callable[..., Value]
 DECLARATIONS = f"""
 declare double @llvm.sqrt.f64(double)
 declare {LANES} @llvm.sqrt.v{W}f64({LANES})
+declare {LANES} @llvm.fma.v{W}f64({LANES}, {LANES}, {LANES})
 """
 
 
@@ -68,6 +69,11 @@ def _sqrt(writer: Writer, x: Value) -> Scalar:
     return writer.op(y.kind, f"call {y.kind} @llvm.sqrt.{f'v{W}f64' if y.kind == LANES else 'f64'}({y.kind} {y.text})")
 
 
+def _fma(writer: Writer, *given: Value) -> Scalar:
+    arguments = ", ".join(f"{LANES} {cast(writer, scalar(x, *ORDER), LANES).text}" for x in given)
+    return writer.op(LANES, f"call {LANES} @llvm.fma.v{W}f64({arguments})")
+
+
 def _extreme(how: tuple[str, str]) -> Lowering:
     """min or max of two, as Python has it: the first one unless the second is beyond it."""
 
@@ -82,6 +88,7 @@ def _extreme(how: tuple[str, str]) -> Lowering:
 INTRINSICS: dict[Any, Lowering] = {
     lanes.splat: _splat,
     lanes.choose: _choose,
+    lanes.fma: _fma,
     lanes.any_lane: lambda writer, mask: _bits(writer, mask, "ne", 0),
     lanes.all_lanes: lambda writer, mask: _bits(writer, mask, "eq", -1),
     lanes.load: _load,

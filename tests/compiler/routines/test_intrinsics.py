@@ -9,14 +9,15 @@ import pytest
 
 from lienumba.compiler import native
 from lienumba.compiler.flat import PASSES, compiled
-from lienumba.compiler.lanes import all_lanes, any_lane, choose, load, matrix, splat, store
+from lienumba.compiler.lanes import all_lanes, any_lane, choose, fma, load, matrix, splat, store
 from lienumba.compiler.routines.marks import Floats2, Integers1
 from lienumba.compiler.rows import W
 from lienumba.numerics import operations
 from tests.compiler.evaluation import assert_same_bits
+from tests.compiler.interpreter import fma as exact_fma
 from tests.compiler.interpreter import numbers
 
-ROWS = 24
+ROWS = 26
 
 
 def every_operation(given: Floats2, out: Floats2) -> None:
@@ -32,31 +33,33 @@ def every_operation(given: Floats2, out: Floats2) -> None:
     store(to, 6, 1 / y)
     store(to, 7, -x)
     store(to, 8, x * y + x)
-    store(to, 9, operations.sqrt(x))
-    store(to, 10, choose(x < y, x, y))
-    store(to, 11, choose(x <= y, x, 7))
-    store(to, 12, choose(x > y, x, y))
-    store(to, 13, choose(x >= y, x, y))
-    store(to, 14, choose(x == y, 1.0, 0.0))
-    store(to, 15, choose(x != y, 1.0, 0.0))
-    store(to, 16, choose((x < y) & (y > 1.0), 1.0, 0.0))
-    store(to, 17, choose((x < y) | (y > 1), 1.0, 0.0))
-    store(to, 18, operations.minimum(x, y))
-    store(to, 19, operations.maximum(x, y))
-    store(to, 20, operations.absolute(x))
+    store(to, 9, fma(x, y, x))
+    store(to, 10, fma(x, n, 1.0))
+    store(to, 11, operations.sqrt(x))
+    store(to, 12, choose(x < y, x, y))
+    store(to, 13, choose(x <= y, x, 7))
+    store(to, 14, choose(x > y, x, y))
+    store(to, 15, choose(x >= y, x, y))
+    store(to, 16, choose(x == y, 1.0, 0.0))
+    store(to, 17, choose(x != y, 1.0, 0.0))
+    store(to, 18, choose((x < y) & (y > 1.0), 1.0, 0.0))
+    store(to, 19, choose((x < y) | (y > 1), 1.0, 0.0))
+    store(to, 20, operations.minimum(x, y))
+    store(to, 21, operations.maximum(x, y))
+    store(to, 22, operations.absolute(x))
     total = splat(0)
     for _ in range(n):
         total = (total + x) * 0.5
-    store(to, 21, total)
-    store(to, 22, splat(float(n)))
+    store(to, 23, total)
+    store(to, 24, splat(float(n)))
     for lane in range(W):
-        matrix(to, 24, W)[23, lane] = given[1, lane]
+        matrix(to, 26, W)[25, lane] = given[1, lane]
 
 
 def expected(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     with np.errstate(all="ignore"):
         rows = [x + y, x - y, x * y, x / y, 2.0 * x, x - 1, 1 / y, -x, x * y + x]
-        rows += [np.sqrt(x)]
+        rows += [np.array(list(map(exact_fma, x, y, x))), np.array([exact_fma(a, 3.0, 1.0) for a in x]), np.sqrt(x)]
         rows += [np.where(x < y, x, y), np.where(x <= y, x, 7), np.where(x > y, x, y), np.where(x >= y, x, y), x == y]
         rows += [x != y, (x < y) & (y > 1), (x < y) | (y > 1), np.where(x < y, x, y), np.where(x > y, x, y)]
         rows += [np.where(x < 0, -x, x), ((((0.0 + x) * 0.5) + x) * 0.5 + x) * 0.5, np.full_like(x, 3.0), y]
