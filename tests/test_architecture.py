@@ -68,7 +68,8 @@ INSIDE = {  # the floors of rooms, lowest first
         {"compiling", "mechanism"}, {"rotations"}, {"coordinates", "table"}, {"dynamics"}, {"step"}, {"integrate"},
     ],
     "integrators": [
-        {"codes", "reach", "selection_table", "sizes", "truth"}, {"layout"}, {"methods"}, {"drivers"}, {"tracing"},
+        {"bounds", "codes", "hysteresis", "selection_table", "sizes"}, {"layout"}, {"methods"}, {"drivers"},
+        {"tracing"},
     ],
     "cli": [{"commands", "options"}, {"checking", "importing", "linear", "rare", "running", "showing"}],
     "analysis": [

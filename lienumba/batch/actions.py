@@ -25,10 +25,10 @@ from lienumba.numerics.expressions import Formula
 ACTS = {LOCK.name: LOCKS, UNLOCK.name: RELEASES, RELEASE.name: RELEASES, ENGAGE.name: ENGAGES, SET.name: SETS}
 
 
-def plan(model: Model, held: Sequence[int], integrands: Sequence[int]) -> Plan:
-    """Of all events, and of what is kept; held: the rows of a state in which held numbers are; integrands: the
-    numbers of the signals that steps integrate themselves."""
+def plan(model: Model, held: Sequence[int]) -> Plan:
+    """Of all events, and of what is recorded; held: the rows of a state in which held numbers are."""
     acts, targets, value = [], list[int](), 0
+    records, guards = _records(model)
     for event in model.events:
         of = _targets(model, event, held)
         action, written = ACTS.get(event.action, RECORDS), "." not in event.name
@@ -40,35 +40,24 @@ def plan(model: Model, held: Sequence[int], integrands: Sequence[int]) -> Plan:
         np.array(acts, np.int64).reshape(-1, ACT_NUMBERS),
         np.array(targets, np.int64),
         np.array([switch.numbers for switch in switches_of(model)], np.int64).reshape(-1, SWITCH_NUMBERS),
-        np.array(_kept(model, integrands), np.int64).reshape(-1, KEPT_NUMBERS),
+        np.array(records, np.int64).reshape(-1, KEPT_NUMBERS),
+        np.array(guards, np.int64),
         np.array([bends(model, x) == () for x in signals(model)], np.int64),
     )
 
 
-def _kept(model: Model, integrands: Sequence[int]) -> list[tuple[int, ...]]:
-    """What is kept of runs as a whole."""
-    found, every, bends = list[tuple[int, ...]](), signals(model), turning(model)
+def _records(model: Model) -> tuple[list[tuple[int, ...]], list[int]]:
+    """What is recorded of runs as a whole, and the guards of all records: the signals at whose zeros the value or the
+    condition of a record has kinks or jumps, and the condition itself."""
+    found, guards, every, kinks = list[tuple[int, ...]](), list[int](), signals(model), turning(model)
     for x in kept(model):
-        own = x.kind == INTEGRAL and x.value in integrands
         condition = None if x.condition == NONE else every[x.condition]
         event = next((n for n, event in enumerate(model.events) if _alike(event.when, condition)), NONE)
-        value = bends.get(x.value, range(0)) if x.kind in (INTEGRAL, LARGEST, SMALLEST) else range(0)
-        turns = bends.get(x.condition, range(0))
-        quadrature = integrands.index(x.value) if own else NONE
-        found.append(
-            (
-                KEPT.index(x.kind),
-                x.value,
-                x.condition,
-                quadrature,
-                event,
-                value.start,
-                len(value),
-                turns.start,
-                len(turns),
-            )
-        )
-    return found
+        own = [*kinks.get(x.value, ())] if x.kind in (INTEGRAL, LARGEST, SMALLEST) else []
+        own += [] if condition is None else [*kinks.get(x.condition, ()), x.condition]
+        found.append((KEPT.index(x.kind), x.value, x.condition, event, len(guards), len(own)))
+        guards += own
+    return found, guards
 
 
 def _alike(one: Timed, other: Timed) -> bool:

@@ -33,6 +33,7 @@ COINCIDENT = 1e-9  # times nearer to each other than this fraction of a step are
 NO_EVENTS = Plan(
     np.zeros(0, np.int64), np.zeros((0, ACT_NUMBERS), np.int64), np.zeros(0, np.int64),
     np.zeros((0, SWITCH_NUMBERS), np.int64), np.zeros((0, KEPT_NUMBERS), np.int64), np.zeros(0, np.int64),
+    np.zeros(0, np.int64),
 )  # fmt: skip
 EXACT = Tolerance(*(1e-11,) * 6)  # of implicit stages in steps of one length
 SKIPPED = -1.0  # the code of lanes behind the last run

@@ -27,8 +27,8 @@ KERNELS = (  # all that the drivers can see, and what makes object code of text;
     "compiler/cache.py", "compiler/flat.py", "compiler/lanes.py", "compiler/native.py",
     "compiler/routines", "compiler/rows.py", "groups/so3.py", "groups/state.py", "integrators/codes.py",
     "integrators/drivers", "integrators/drivers/events", "integrators/drivers/measuring",
-    "integrators/drivers/switching", "integrators/layout.py", "integrators/reach.py", "integrators/selection_table.py",
-    "integrators/sizes.py", "integrators/truth.py", "numerics/number.py", "numerics/operations.py",
+    "integrators/drivers/switching", "integrators/layout.py", "integrators/bounds.py", "integrators/selection_table.py",
+    "integrators/sizes.py", "integrators/hysteresis.py", "numerics/number.py", "numerics/operations.py",
     "numerics/vector_math.py",
 )  # fmt: skip
 

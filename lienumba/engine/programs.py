@@ -126,7 +126,7 @@ def batch_of(resolved: Scenario, prepared: Prepared, program: "Outline", machine
         iterations=data.projection.max_iterations,
         discontinuities=tuple(discontinuities(prepared.model, data.integrator.end_time)),
         pace=_pace(data.integrator, prepared),
-        plan=plan(prepared.model, program.held, program.integrands),
+        plan=plan(prepared.model, program.held),
         changes=changes_told(prepared.model, data.output.max_changes),
         at_events=bool(data.output.at_events),
         bodies=len(prepared.model.bodies),

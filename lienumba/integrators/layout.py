@@ -1,7 +1,6 @@
 """Where everything lies in memory, stated once: kernels are traced by it, drivers read and write by it.
 
-Memory is rows of W doubles, one lane for each run. These are plain functions of whole numbers, so that the tracer calls
-them as they are, and the drivers compile them in.
+Rows have W doubles, one lane for each run. Functions are plain ones of whole numbers, for the tracer and for drivers.
 """
 
 from typing import NamedTuple
@@ -23,82 +22,101 @@ ORDER = (
     MEASURE, KEEP, SLOPES, QUADRATURE, CLOSE_ALONG, WATCH, CLOSURE, CARRY, COMBINE,
 ) = range(len(ORDER) + 1)  # fmt: skip
 
-# The clock: t, the length of the part of a step, c of a stage, the time in the middle of the part, which tells in which
-# piece of a table a stage lies; the fraction of the part at which the continuous extension is read, what the
-# controller of steps remembers, by how much (s) t leans to the inside of the part, where a signal that jumps at its end
-# is looked at, and the first of the numbers of a `step_control.Tolerance`.
-TIME, LENGTH, NODE, MIDDLE, FRACTION, MEMORY, LEAN, TOLERANCE = range(8)
-TOLERANCES = 6
-CLOCK = TOLERANCE + TOLERANCES
+# Rows of the clock, one number for each lane.
+TIME = 0  # t (s)
+LENGTH = 1  # of the part of a step (s)
+NODE = 2  # c of a stage
+MIDDLE = 3  # the time in the middle of the part (s): in which piece of a table a stage lies
+FRACTION = 4  # of the part: where the continuous extension is read
+MEMORY = 5  # of the controller of steps
+LEAN = 6  # by how much (s) t leans to the inside of the part, where a signal that jumps at its end is evaluated
+TOLERANCE = 7  # the first of the numbers of a `step_control.Tolerance`
+TOLERANCES, CLOCK = 6, TOLERANCE + 6
 
-# What drivers know of each lane. ITERATIONS: the most of both projections since something was stored (two rows); T: the
-# time; H: the step to be tried (s); JUMP: the next discontinuity, on which a step must end; GRID: the steps of one
-# length so far; UNTIL: the end of the step; DUE: the time that is stored next; BUSY: whether there is a run; FRESH:
-# whether it has just begun; STALE: whether F is not known at its state; TRIAL: the code of the step; STATUS: of the
-# run; BACK: whether the last step was rejected; ACCEPTED, REJECTED: how many were; PICKED: some lanes; CUT: the time
-# of a change, on which the step is to end; CHANGED: whether it changes; RECENT, MANY: since when how many changes;
-# GAINED: the energy (J) that comes of numbers that are set, or of bodies that are moved to close a joint; HAD: the
-# energy before; MARK: when, and TRIED: how many steps had been tried when, the run had last got on.
-# Of a search in the open step: SEEKS: which condition; BEFORE, AFTER: what it is at the ends of where it is searched,
-# from the fraction LOW on, FOUND: at the last place; ROUGH: whether a rough place will do; DIPS: whether it is the rate
-# of an open gap; NEAR: whether that is at the end of the step, which was cut for it; SEEN: 1 where the signals
-# at the start of the step are those at the end of the last one, 0 where they may have jumped, -1 where bodies have.
-# FREES: whether a change is but a release of what is in use. STRODE: how long (s) the last step was; CLEAR: the longest
-# part of one in which loads on what holds were known by points, since something changed. A lane that is FRESH BEGINS as
-# long as its run has no events yet.
-# ROOT: of the margin, when it was LOOKED at; PASSES: when a singular position is to be expected, by these.
-ITERATIONS, _, T, H, JUMP, GRID, UNTIL, DUE, BUSY = range(9)
-FRESH, STALE, TRIAL, STATUS, BACK, ACCEPTED, REJECTED, PICKED, CUT, CHANGED, RECENT, MANY, GAINED, HAD = range(9, 23)
+# Rows of what drivers know of each lane.
+ITERATIONS = 0  # the most of both projections since something was stored: two rows
+PROJECTIONS = 2
+T = 2  # the time (s)
+H = 3  # the step to be tried (s)
+JUMP = 4  # the next discontinuity (s), on which a step has to end
+GRID = 5  # how many steps of given length have been done
+UNTIL = 6  # the end of the current step (s)
+DUE = 7  # the time that is stored next (s)
+BUSY = 8  # whether the lane has a run
+FRESH = 9  # whether that has just begun; BEGINS as long as it has no events yet
 BEGINS = 2.0
-SEEKS, LOW, BEFORE, AFTER, FOUND, ROUGH, DIPS, NEAR, MARK, TRIED, SEEN, ROOT, LOOKED, PASSES = range(23, 37)
-FREES, STRODE, CLEAR, LANES = range(37, 41)
-PROJECTIONS = 2  # whose iterations are counted
+STALE = 10  # whether F is not known at the state
+TRIAL = 11  # the code of the step
+STATUS = 12  # of the run
+BACK = 13  # whether the last step was rejected
+ACCEPTED, REJECTED = 14, 15  # how many steps were
+PICKED = 16  # a selection of lanes, for code that goes through them one by one
+CUT = 17  # the time (s) of a change, on which the step is to end
+CHANGED = 18  # whether the mechanism changes
+RECENT, MANY = 19, 20  # since when (s) how many changes
+GAINED, HAD = 21, 22  # energy (J) by numbers that are set, or bodies moved to close a joint, and the energy before
+NEAR_END = 23  # whether crossings were located next to the end of a step that was cut for them
+MARK, TRIED = 24, 25  # when (s), and after how many steps, the run had last got on
+SEEN = 26  # 1: signals go on from the last step; 0: they may have jumped; -1: bodies have
+ROOT, LOOKED, PASSES = 27, 28, 29  # the root of the margin, when (s), and the singular position (s) by that
+FREES = 30  # whether a change only releases constraints that are in use
+STRODE = 31  # how long (s) the last step was
+RESOLVED = 32  # the longest part (s) of a step in which samples resolved all guard functions, since the last change
+LANES = 33
 
-CODE, MARGIN, VERDICT = range(3)  # rows behind the state to which a step leads, and how many
-VIOLATION, ITERATE_CODE = range(2)  # rows behind the iterate to which a projection leads
-TURNED, MOVED = range(2)  # rows behind one element at the end of a step by stages: squares of its rotation and its move
-SOUND, POWER, STAGE_MARGIN, REPORTS = range(4)  # rows behind the slopes of a stage: of its KKT, and the power (W)
-ERROR, FACTOR, REMEMBERED, CONTROL = range(4)  # rows: the square of a step's error, and `step_control.factor`
+# Rows behind other ones.
+CODE, MARGIN, VERDICT = range(3)  # behind the state to which a step leads, and how many
+VIOLATION, ITERATE_CODE = range(2)  # behind the iterate to which a projection leads
+TURNED, MOVED = range(2)  # behind one element at the end of a step by stages: squares of its rotation and its move
+SOUND, POWER, STAGE_MARGIN, REPORTS = range(4)  # behind the slopes of a stage: of its KKT, and the power (W)
+ERROR, FACTOR, REMEMBERED, CONTROL = range(4)  # the square of a step's error, and `step_control.factor`
 
-# What is said of each switched constraint (`lienumba.mechanics.system.switches`): what it is (below), its first row
-# among the switched ones, its rows, how many of them, the last ones, are tangents, its first number of memory, how
-# many it has, whether it shares what it carries, and the first number of how it grips among all memory, -1 without.
-# on: as in `kinematics`.
-(
-    SWITCH_KIND, SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS, SWITCH_MEMORY, SWITCH_MEMORIES, SWITCH_SHARES,
-    SWITCH_GRIP, SWITCH_NUMBERS,
-) = range(9)  # fmt: skip
-BILATERAL, UNILATERAL, FRICTION = range(3)  # joints and locks; limits and contacts; of a joint
+# Numbers of each switched constraint (`lienumba.mechanics.system.switches`). How one is on: as in `kinematics`.
+SWITCH_KIND = 0  # BILATERAL: joints and locks; UNILATERAL: stops and contacts; FRICTION: of a joint
+SWITCH_FIRST, SWITCH_ROWS = 1, 2  # its first row among the switched ones, and how many it has
+SWITCH_TANGENTS = 3  # how many of its rows, the last ones, are tangents
+SWITCH_MEMORY, SWITCH_MEMORIES = 4, 5  # its first number of memory, and how many it has
+SWITCH_SHARES, SWITCH_GRIP = 6, 7  # whether it shares what it carries; its first number of that in memory, or -1
+SWITCH_NUMBERS = 8
+BILATERAL, UNILATERAL, FRICTION = range(3)
 OFF, STICK, SLIDE = range(3)
 RESTITUTION, STATIC, KINETIC, REST_SPEED, STATIC_EFFORT, KINETIC_EFFORT, SIZE, SPEED, CONTACT_NUMBERS = range(9)
-# What an event does: what it is, and its targets among those of all events (switches, or rows of states), its first
-# value, whether it acts only once, the switch that has to be on for that, -1 if none has, and whether its condition is
-# of the scenario, not of a limit of an input.
-ACTION, TARGET, TARGETS, VALUE, ONCE, NEEDS, WRITTEN, ACT_NUMBERS = range(8)
+OPENS, SLIDES, CONDITIONS = range(3)  # its guard functions; see `switched.turning`
+
+# Numbers of each event.
+ACTION = 0  # RECORDS, LOCKS, ENGAGES, RELEASES or SETS
+TARGET, TARGETS = 1, 2  # the first of its targets among those of all events, and how many: switches, or rows of states
+VALUE, ONCE = 3, 4  # the first of its values, and whether it acts only once
+NEEDS = 5  # the switch that has to be on for that, -1 if none has
+WRITTEN = 6  # whether its condition is of the scenario, not of a limit of an input
+ACT_NUMBERS = 7
 RECORDS, LOCKS, ENGAGES, RELEASES, SETS = range(5)
-# What is kept of a run as a whole: how, of which signal while which other one is above 0 (-1: of none, always), which
-# of the integrals that a step makes itself it is, of which event it has the condition (-1: of none), and the first
-# signal, and how many, at whose zeros its own bends, and those of its condition; and the rows of each: the value, its
-# time (s), NaN as long as there is none, whether the condition held where the last step ended, whether it cannot be
-# known, because something was undefined, the largest size of the condition where steps ended so far, whether what is
-# between the ends of this step may change it, and for `panels` whether it is no polynomial of few points in this one,
-# and how often that may still be. Signals are known in POINTS of a step, of a piece of it, of a part of
-# that, and ELSEWHERE; behind that, by how much each changed in the last step (CHANGES) and in the one before (EARLIER),
-# and its rate at the end of that, NaN where it is not known (RATES).
-(
-    KEPT_KIND, KEPT_SIGNAL, KEPT_CONDITION, KEPT_QUADRATURE, KEPT_EVENT, KEPT_BEND, KEPT_BENDS,
-    KEPT_TURN, KEPT_TURNS, KEPT_NUMBERS,
-) = range(10)  # fmt: skip
+
+# Rows of what is known of each event: see `peak_row`.
+PEAK, EXTENT = 0, 1  # the largest value of its guard function since that is above 0, and its largest size at all
+RATE, END_RATE = 2, 3  # its rates at the start and at the end of the current step (1/s), NaN where not known
+SWIFTEST = 4  # the largest size of these so far
+LAPSED = 5  # when (s) a change last made it false
+PEAKS = 6
+POINTS, GUARD_NODES = 5, 9  # Lobatto's, and samples of guard functions in a part of a step
+# Rows of each guard function while a step is subdivided, see `search_row`.
+ABOVE_ZERO = 0  # whether it is, as far as the step has been searched
+LOW_PLACE, LOW_VALUE = 1, 2  # the last fraction of the step at which it was not above 0, and its value there
+SEARCHES = 3
+
+# A record of a run as a whole: how, of which signal while which other one is above 0 (-1: of none, always), of which
+# event it has the condition (-1: of none), and its first guard, and how many, in the list of all guards
+# (`Plan.guards`). Its rows: the value, its time (s), NaN as long as there is none, whether the condition held where the
+# last step ended, whether it cannot be known, because something was undefined, the largest size of the condition where
+# steps ended so far, and whether what is between the ends of this step may change it. Signals are known in NODES of a
+# step and of a subinterval of it, and ELSEWHERE; behind that, by how much each changed in the last step (CHANGES) and
+# in the one before (EARLIER), and its rate at the end of that, NaN where it is not known (RATES).
+KEPT_NUMBERS = 6
 LARGEST, SMALLEST, INTEGRATES, KEEPS_FIRST, KEEPS_LAST, COUNTS = range(6)
-(
-    KEPT_VALUE, KEPT_TIME, KEPT_TRUE, KEPT_UNDEFINED, KEPT_SIZE, KEPT_OPEN, KEPT_UNLIKE, KEPT_TRUST, KEPT_ROWS,
-) = range(9)  # fmt: skip
-POINTS = 5
-INTERVALS = 4 * (POINTS - 1)  # in which conditions are looked at, where steps are long
-ELSEWHERE, CHANGES, EARLIER, RATES, LARGEST_SIZES = range(3 * POINTS, 3 * POINTS + 5)
+KEPT_VALUE, KEPT_TIME, KEPT_TRUE, KEPT_UNDEFINED, KEPT_SIZE, KEPT_OPEN, KEPT_ROWS = range(7)
+NODES = 7  # Lobatto's points of a subinterval, and two more at which their polynomial is tested
+ELSEWHERE, CHANGES, EARLIER, RATES, LARGEST_SIZES = range(2 * NODES, 2 * NODES + 5)
 PAST = 2  # steps whose lengths (s) are known, 0 where they say nothing of what follows
-OPENS, SLIDES, CONDITIONS = range(3)  # conditions of each switch; see `switched.turning`
-PEAK, EXTENT, RATE, END_RATE, SWIFTEST, LAPSED, PEAKS = range(7)  # what is known of each event: see `peak_row`
 
 
 @kernel
@@ -252,10 +270,16 @@ def rise_row(sizes: Sizes) -> int:
 
 
 @kernel
-def inside_row(sizes: Sizes, point: int) -> int:
-    """Behind that, all conditions, and the rates of those of events, in a point inside of the open step, from 1 on: as
-    many as `INTERVALS` make."""
-    return rise_row(sizes) + conditions(sizes) + (point - 1) * (conditions(sizes) + sizes.events)
+def node_row(sizes: Sizes, node: int) -> int:
+    """Behind that, all guard functions at a node of a part of the step."""
+    return rise_row(sizes) + conditions(sizes) * (1 + node)
+
+
+@kernel
+def search_row(sizes: Sizes, which: int) -> int:
+    """Behind that, of each guard function whether it is ABOVE_ZERO as far as the step has been walked along, and
+    the last place (a fraction of the step) at which it was not above 0, with its value there."""
+    return node_row(sizes, GUARD_NODES + which)
 
 
 @kernel
@@ -466,7 +490,7 @@ def workspace(sizes: Sizes) -> Workspace:
     lanes = clock + CLOCK
     u = lanes + LANES
     places = u + sizes.coordinates * sizes.elements + sizes.augmented + 1
-    table = places + inside_row(sizes, INTERVALS + 1)
+    table = places + search_row(sizes, SEARCHES)
     change = table + table_rows(sizes.exchangeable)
     measures = change + change_rows(sizes)
     parameters = measures + measure_rows(sizes)

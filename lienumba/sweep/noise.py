@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from lienumba.errors import ScenarioError
-from lienumba.mechanics.elements.noise import Recorded, Recursion
+from lienumba.mechanics.mechanism.courses import Recorded, Recursion
 from lienumba.mechanics.mechanism.tables import RunNumbers
 from lienumba.sweep.design import NOMINAL_RUN
 from lienumba.sweep.normal import inverse

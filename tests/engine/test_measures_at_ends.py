@@ -114,3 +114,20 @@ def test_sharp_extremes_in_long_steps(integrator: dict[str, Any], miss: float) -
     )
     np.testing.assert_allclose(ds["m0"], miss, rtol=1e-9)
     np.testing.assert_allclose(ds["m1"], 5.3, rtol=1e-7)
+
+
+@pytest.mark.parametrize("integrator", METHODS[1:], ids=str)
+def test_extremes_anywhere_in_a_step(integrator: dict[str, Any]) -> None:
+    """Of a body that turns, at rates by which its extremes are next to ends of steps, too, or barely reach a limit."""
+    ds = measured(
+        {"gravity": [0, 0, 0], "bodies": [BODY | {"rotation": [1, 0, 0, 0], "angular_velocity": [0, 0, "w"]}]},
+        ["max(p.y, t < 3)", "time_of_max(p.y, t < 1.5)", "count(p.y > 0.999999)"],
+        {**integrator, "end_time": 5.0},
+        parameters={"w": 3.0},
+        quantities=[POINT | {"point": [1, 0, 0]}],
+        sweep={"runs": 200, "seed": 3, "vary": {"parameters.w": {"distribution": "uniform", "low": 2, "high": 4}}},
+    )
+    w = ds["parameters.w"].values
+    np.testing.assert_allclose(ds["m0"], 1.0, rtol=1e-10)
+    np.testing.assert_allclose(ds["m1"], np.pi / 2 / w, rtol=1e-5)
+    np.testing.assert_array_equal(ds["m2"], np.floor((5 * w - np.arcsin(0.999999)) / (2 * np.pi)) + 1)

@@ -109,3 +109,20 @@ def test_what_may_jump_where_no_body_does(text: str, leaps: bool) -> None:
     model = prepare(scenario, range(1)).model
     signal, *_ = quantities.signals(model)
     assert quantities.leaps(model, signal) == leaps
+
+
+@pytest.mark.parametrize("integrator", STEPS, ids=str)
+def test_at_a_time_at_which_noise_jumps_the_value_behind_the_jump_counts(integrator: dict[str, Any]) -> None:
+    """As in what is stored then; nothing is behind the end of the run. A time beyond it never comes."""
+    texts = [*(f"at(gust, {k}*{EVERY})" for k in range(COUNT + 1)), "at(gust, late)"]
+    varied = {
+        "seed": 5,
+        "runs": RUNS,
+        "vary": {"parameters.late": {"distribution": "uniform", "low": 1.5, "high": 2.0}},
+    }
+    ds = measured(texts, integrator, PUSHED | {"parameters": {"late": 1.5}, "sweep": varied})
+    gust = ds["gust"].transpose("run", "time").values
+    found = np.array([ds[f"m{n}"].values for n in range(COUNT + 1)]).T
+    np.testing.assert_array_equal(found[:, :COUNT], gust[:, :COUNT])
+    np.testing.assert_array_equal(found[:, COUNT], gust[:, COUNT - 1])
+    assert np.isnan(ds[f"m{COUNT + 1}"]).all()

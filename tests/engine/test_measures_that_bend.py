@@ -52,6 +52,7 @@ CONDITIONS = {
     "time_when(max(p.x, p.y) > 0.3)": TURNS * (pi + acos(0.3) - asin(0.3)) / RATE,
     "time_when(p.x > 0.3 or not p.y <= 0.3)": TURNS * (pi + acos(0.3) - asin(0.3)) / RATE,
     "time_when(abs(p.x) > 0.3)": TURNS * 4 * acos(0.3) / RATE,
+    "time_when(abs(p.y) < 0.05)": TURNS * 4 * asin(0.05) / RATE,  # a kink amid a short pulse
     "time_when(-0.2 < p.x < 0.3)": TURNS * 2 * (acos(-0.2) - acos(0.3)) / RATE,
     "count(abs(p.x) > 0.3)": 1 + 2 * TURNS,
     "first_time(max(p.y, 0.5*p.x) > 0.8)": asin(0.8) / RATE,

@@ -75,7 +75,7 @@ def outline_of(bodies: int, stages: int, observed: dict[str, tuple[int, int]]) -
     """Where rows of a record lie: the bodies, the work, and what is observed of them."""
     rows = sum(count for _, count in observed.values())
     sizes = Sizes(bodies, 1, 1, 0, 0, ALGEBRA, stages, 0, 0, 0, observed=rows)
-    return Outline(sizes, AugmentedState((), True, 0, (), {}), LawStates({}), (), observed, False, (), (), (), ())
+    return Outline(sizes, AugmentedState((), True, 0, (), {}), LawStates({}), (), observed, False, (), (), ())
 
 
 def _of_runs(model: Model, runs: np.ndarray) -> Model:

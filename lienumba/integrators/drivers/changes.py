@@ -26,10 +26,9 @@ from lienumba.integrators.drivers.events.acting import (
     sift,
     turns,
     used,
-)  # fmt: skip
+)
 from lienumba.integrators.drivers.events.finding import note
-from lienumba.integrators.drivers.events.search import LEAVES, TOUCH
-from lienumba.integrators.drivers.events.turns import SLIGHT
+from lienumba.integrators.drivers.events.tolerances import CLOSED_GAP_RTOL, CONTACT_ROUNDOFF, SEPARATING_GAP_RTOL
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue, keep_state
 from lienumba.integrators.drivers.measuring.steps import forget_past_of
 from lienumba.integrators.drivers.switching import (
@@ -43,7 +42,8 @@ from lienumba.integrators.drivers.switching import (
 )
 from lienumba.integrators.drivers.switching.closing import close, has_closed, project, widest_gap
 from lienumba.integrators.drivers.switching.reactions import Reactions
-from lienumba.integrators.drivers.workspace import Plan, Rows
+from lienumba.integrators.drivers.workspace import Context, Plan, Rows
+from lienumba.integrators.hysteresis import HYSTERESIS_RTOL
 from lienumba.integrators.layout import (
     ACTION,
     BEGINS,
@@ -82,7 +82,6 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
-from lienumba.integrators.truth import BAND
 from lienumba.numerics.operations import HOLDS
 
 ROUNDS = 64  # at one time
@@ -90,19 +89,19 @@ WINDOW, MOST = 1e-6, 1000.0  # of the time of a run, and how many changes may be
 
 
 @apart
-def change(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
-    plan: Plan, end: float, step: float, table: Rows, limit: int, tolerance: float,
-) -> None:  # fmt: skip
+def change(context: Context, runs: ChunkRuns, queue: Queue, end: float, step: float) -> None:
     """Change the runs that are CHANGED, at their time T and state. Afterwards these have other modes, velocities and
     conditions, or a status. step: of given length, but by collocation; else 0."""
+    kernels, sizes, plan, at, first, rows = (
+        context.kernels, context.sizes, context.plan, context.at, context.first, context.rows,
+    )  # fmt: skip
     x, p, lanes, switched = at.state, at.parameters, at.lanes, sizes.switches > 0
     forces = False
     for s in range(sizes.switches):
         forces = forces or plan.switches[s, SWITCH_KIND] != BILATERAL
     border, impulses = at.change, at.change + ROW * layout.change_impulses(sizes)
     store(at.clock, layout.TIME, load(lanes, T))
-    project(kernels, sizes, at, table, limit, tolerance)
+    project(context)
     for n in range(ROUNDS):
         pending = (load(lanes, CHANGED) != 0.0) & (load(lanes, STATUS) == 0.0)
         if not any_lane(pending):
@@ -148,19 +147,20 @@ def change(
                 if rows[first.lanes + PICKED, lane] != 0.0:
                     reactions.read(r, rows, first, sizes, lane)
                     used_rows.choose_rows(r, rows, first, sizes, lane)
-            close(kernels, sizes, at, closing, table, limit, tolerance)
+            close(context, closing)
             call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
             for lane in range(W):
                 if rows[first.lanes + PICKED, lane] != 0.0:
-                    has_closed(sizes, first, rows, plan, lane, tolerance)
+                    has_closed(sizes, first, rows, plan, lane, context.tolerance)
             if sizes.values > 0:
                 _gain(kernels, sizes, at, first, rows, plan)
         for lane in range(W):
             changes, hit = rows[first.lanes + CHANGED, lane] != 0.0, False
             if changes:
                 hit = switched and rows[first.lanes + FREES, lane] == 0.0 and _hit(r, sizes, first, rows, lane)
+            if changes and rows[first.lanes + STATUS, lane] == 0.0:  # impulses that were not found do nothing
                 _tell(r, sizes, first, rows, runs, queue, plan, lane)
-            rows[first.lanes + PICKED, lane] = 1.0 if hit else 0.0
+            rows[first.lanes + PICKED, lane] = 1.0 if hit and rows[first.lanes + STATUS, lane] == 0.0 else 0.0
         if switched:
             hits = load(lanes, PICKED) != 0.0
             if any_lane(hits):
@@ -187,7 +187,7 @@ def change(
         call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
         hold(sizes, at, at.following)
         for lane in range(W):
-            if rows[first.lanes + CHANGED, lane] != 0.0:
+            if rows[first.lanes + CHANGED, lane] != 0.0 and rows[first.lanes + STATUS, lane] == 0.0:
                 _renew(sizes, first, rows, runs, queue, plan, lane, end)
     endless = (load(lanes, CHANGED) != 0.0) & (load(lanes, STATUS) == 0.0)
     store(lanes, STATUS, choose(endless, splat(codes.CHATTERING), load(lanes, STATUS)))
@@ -361,7 +361,7 @@ def _tell(
     for i in range(sizes.switched):
         largest = max(largest, max(p.x[i], -p.x[i]))
     for s in range(sizes.switches):
-        hit = p.switches[s, SWITCH_KIND] == UNILATERAL and p.x[p.switches[s, SWITCH_FIRST]] > SLIGHT * largest
+        hit = p.switches[s, SWITCH_KIND] == UNILATERAL and p.x[p.switches[s, SWITCH_FIRST]] > CONTACT_ROUNDOFF * largest
         if hit:  # and not by rounding, where something else is
             impulse, energy = impacts.impulse(r, s), impacts.energy_lost(r, s)
             _book(rows, first, runs, queue, lane, codes.IMPACT, s, impulse, energy)
@@ -382,9 +382,9 @@ def _go_on(
             rows[first.lanes + STATUS, lane] = codes.CONTRADICTS
     for s in range(sizes.switches):  # what was, where conditions at the end of a step were
         rows[before + sizes.events + s, lane] = rows[on + s, lane]
-    said = modes.decide(r, rows, first, sizes, lane, step) if forces else problem.SOLVED
+    said = modes.decide(r, rows, first, sizes, lane) if forces else problem.SOLVED
     if step > 0.0 and forces:
-        modes.blunt(r, rows, first, sizes, lane, step)
+        modes.limit_friction_stiffness(r, rows, first, sizes, lane, step)
     used_rows.choose_rows(r, rows, first, sizes, lane)
     if said == problem.SOLVED and modes.heads(r, rows, first, sizes, lane):
         rows[first.lanes + PICKED, lane] = 1.0
@@ -423,11 +423,11 @@ def _rounding(
     if condition % layout.CONDITIONS == layout.SLIDES:
         dry = plan.switches[switch, SWITCH_KIND] == FRICTION
         held = dry and not used(sizes, first, rows, plan.switches, lane, switch)
-        speed = SLIGHT * rows[first.change + layout.change_speeds(sizes) + switch, lane]
+        speed = CONTACT_ROUNDOFF * rows[first.change + layout.change_speeds(sizes) + switch, lane]
         return force if mode == STICK and not held else speed
     if mode == OFF:
         apart = rows[first.following + sizes.events + condition + layout.SLIDES - layout.OPENS, lane] > 0.0
-        return LEAVES if apart else TOUCH
+        return SEPARATING_GAP_RTOL if apart else CLOSED_GAP_RTOL
     return max(force, modes.SLIGHT * -old)
 
 
@@ -436,7 +436,7 @@ def _is_reset(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int,
     """Whether an event has set its own condition false, as that of a timer."""
     extent = rows[first.conditions + layout.peak_row(sizes) + layout.EXTENT * sizes.events + event, lane]
     sets = plan.acts[event, ACTION] == SETS and plan.acts[event, WRITTEN] != 0
-    return sets and new < -BAND * extent
+    return sets and new < -HYSTERESIS_RTOL * extent
 
 
 @apart
@@ -450,14 +450,14 @@ def _renew(
     for s in range(sizes.switches):
         force = rows[first.following + sizes.events + layout.CONDITIONS * s + layout.OPENS, lane]
         if rows[first.state + layout.on_row(sizes) + s, lane] != OFF:
-            noise = max(noise, SLIGHT * max(force, -force))
+            noise = max(noise, CONTACT_ROUNDOFF * max(force, -force))
     for n in range(count):
         now = n < sizes.events and fired(sizes, first, rows, lane, n)
         old, new = rows[first.conditions + n, lane], rows[first.following + n, lane]
         turned = n < sizes.events and new > 0.0 and not old > 0.0 and not now and not begins
         rows[first.conditions + 2 * count + n, lane] = t if turned else NEVER
         if turned:
-            keep_state(first, rows, runs, queue, lane, n, first.state)
+            keep_state(rows, runs, queue, lane, n, first.state)
         if now and not _is_reset(sizes, first, rows, plan, lane, n, new):
             new = max(new, HOLDS)
         if n >= sizes.events and _decided(sizes, first, rows, lane, n - sizes.events):

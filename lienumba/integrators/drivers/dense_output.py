@@ -8,11 +8,10 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
-from lienumba.integrators.drivers.events.acting import AT_ONCE
+from lienumba.integrators.drivers.events.tolerances import SIMULTANEOUS_RTOL
 from lienumba.integrators.drivers.lane_queue import ChunkRuns, Queue, keep
-from lienumba.integrators.drivers.workspace import Places, Rows
-from lienumba.integrators.layout import DUE, ITERATIONS, JUMP, PICKED, STATUS, UNTIL, Workspace
-from lienumba.integrators.sizes import Sizes
+from lienumba.integrators.drivers.workspace import Context, Places, Rows
+from lienumba.integrators.layout import DUE, ITERATIONS, JUMP, PICKED, STATUS, UNTIL, T, Workspace
 from lienumba.numerics.operations import maximum
 
 
@@ -25,14 +24,13 @@ def between(kernels: np.ndarray, at: Workspace, fraction: Lanes) -> None:
 
 @apart
 def _keep(
-    at: Workspace, first: Workspace, sizes: Sizes, rows: Rows, runs: ChunkRuns, queue: Queue, outputs: np.ndarray,
-    lanes: Mask, source: int, projected: bool,
-) -> None:  # fmt: skip
+    context: Context, runs: ChunkRuns, queue: Queue, outputs: np.ndarray, lanes: Mask, source: int, projected: bool
+) -> None:
     """Store what is due in these lanes, from the rows that begin at `source`."""
-    store(at.lanes, PICKED, choose(lanes, splat(1.0), splat(0.0)))
+    store(context.at.lanes, PICKED, choose(lanes, splat(1.0), splat(0.0)))
     for lane in range(W):
-        if rows[first.lanes + PICKED, lane] != 0.0:
-            keep(lane, rows, first, sizes, runs, queue, outputs, source, projected)
+        if context.rows[context.first.lanes + PICKED, lane] != 0.0:
+            keep(lane, context.rows, context.first, context.sizes, runs, queue, outputs, source, projected)
 
 
 @inlined
@@ -40,7 +38,7 @@ def earliest_end(at: Workspace, length: Lanes) -> Lanes:
     """The time from which an output belongs to the end of the step. Where values jump there that is roundoff before it,
     so that the output is stored behind the jump."""
     end = load(at.lanes, UNTIL)
-    return choose(end == load(at.lanes, JUMP), end - AT_ONCE * maximum(length, end), end)
+    return choose(end == load(at.lanes, JUMP), end - SIMULTANEOUS_RTOL * maximum(length, end), end)
 
 
 @inlined
@@ -53,25 +51,22 @@ def pending(at: Workspace, good: Mask, length: Lanes, until: Lanes, latest: Lane
 
 @apart
 def keep_between(
-    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
-    queue: Queue, outputs: np.ndarray, good: Mask, t: Lanes, length: Lanes, until: Lanes, latest: Lanes,
-) -> None:  # fmt: skip
-    """Store what is `pending` in the open step."""
-    stages.extend(kernels, sizes, nodes, at, t, length, load(at.lanes, UNTIL))
-    left = pending(at, good, length, until, latest)
+    context: Context, runs: ChunkRuns, queue: Queue, outputs: np.ndarray, good: Mask, until: Lanes, latest: Lanes
+) -> None:
+    """Store what is `pending` in the current step."""
+    t, length = load(context.at.lanes, T), load(context.at.clock, layout.LENGTH)
+    stages.extend(context)
+    left = pending(context.at, good, length, until, latest)
     while any_lane(left):
-        between(kernels, at, (load(at.lanes, DUE) - t) / length)
-        _keep(at, first, sizes, rows, runs, queue, outputs, left, first.now, False)
-        left = pending(at, good, length, until, latest)
+        between(context.kernels, context.at, (load(context.at.lanes, DUE) - t) / length)
+        _keep(context, runs, queue, outputs, left, context.first.now, False)
+        left = pending(context.at, good, length, until, latest)
 
 
 @apart
-def keep_ends(
-    at: Workspace, first: Workspace, sizes: Sizes, rows: Rows, runs: ChunkRuns, queue: Queue, outputs: np.ndarray,
-    lanes: Mask,
-) -> None:  # fmt: skip
+def keep_ends(context: Context, runs: ChunkRuns, queue: Queue, outputs: np.ndarray, lanes: Mask) -> None:
     """Store the states to which a step has led in these lanes."""
-    _keep(at, first, sizes, rows, runs, queue, outputs, lanes, first.state, True)
+    _keep(context, runs, queue, outputs, lanes, context.first.state, True)
 
 
 @apart
@@ -88,48 +83,47 @@ def _fall_back(block: int, rows: Rows, first: Workspace, runs: ChunkRuns, output
 
 
 @apart
-def observe(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
-    outputs: np.ndarray, limit: int, tolerance: float, table: Rows,
-) -> None:  # fmt: skip
+def observe(context: Context, runs: ChunkRuns, outputs: np.ndarray) -> None:
     """Project what was stored between the ends of steps and where runs ended there, and observe what was stored, block
     by block."""
-    state = layout.state_rows(sizes)
-    x, lanes, places = at.new, at.lanes, Places(at.new, at.now, at.following)
+    state = layout.state_rows(context.sizes)
+    x, lanes, places = context.at.new, context.at.lanes, Places(context.at.new, context.at.now, context.at.following)
     for block in range(runs.statuses.shape[0]):
         p = runs.parameters[block].ctypes.data
         for n in range(outputs.size):
             to = runs.records[block, n].ctypes.data
             for lane in range(W):
-                rows[first.lanes + PICKED, lane] = 1.0 if n < runs.stored[block, lane] else 0.0
+                context.rows[context.first.lanes + PICKED, lane] = 1.0 if n < runs.stored[block, lane] else 0.0
             picked = load(lanes, PICKED) != 0.0
             if not any_lane(picked):
-                for row in range(layout.record_rows(sizes)):
+                for row in range(layout.record_rows(context.sizes)):
                     store(to, row, splat(np.nan))
                 continue
             stages.copy(x, to, state)
-            store(at.clock, layout.TIME, splat(outputs[n]))
-            store(at.clock, layout.LENGTH, splat(0.0))
+            store(context.at.clock, layout.TIME, splat(outputs[n]))
+            store(context.at.clock, layout.LENGTH, splat(0.0))
             store(lanes, STATUS, splat(0.0))
             status, iterations = lanes + ROW * STATUS, lanes + ROW * ITERATIONS
             loose = picked & (load(to, state) == 0.0)
             if any_lane(loose):
-                stages.project(kernels, sizes, p, places, False, at, status, loose, iterations, table, limit, tolerance)
-            stages.copy(iterations, to + ROW * (state + sizes.observed), layout.PROJECTIONS)  # those of the steps
+                stages.project(context, p, places, False, status, loose, iterations)
+            stages.copy(
+                iterations, to + ROW * (state + context.sizes.observed), layout.PROJECTIONS
+            )  # those of the steps
             picked = picked & (load(status, 0) == 0.0)
             if any_lane(load(status, 0) != 0.0):
                 for lane in range(W):
-                    if rows[first.lanes + STATUS, lane] != 0.0:
+                    if context.rows[context.first.lanes + STATUS, lane] != 0.0:
                         runs.stored[block, lane] = n
-                _fall_back(block, rows, first, runs, outputs, state)
-            stages.record(kernels, sizes, to, x, p, at, picked, iterations)
+                _fall_back(block, context.rows, context.first, runs, outputs, state)
+            stages.record(context, to, x, p, picked, iterations)
         within = load(runs.within[block].ctypes.data, 0) != 0.0
         if any_lane(within):
             stages.copy(x, runs.states[block].ctypes.data, state)
-            store(at.clock, layout.TIME, load(runs.ends[block].ctypes.data, 0))
+            store(context.at.clock, layout.TIME, load(runs.ends[block].ctypes.data, 0))
             store(lanes, STATUS, splat(0.0))
             status = lanes + ROW * STATUS
             iterations = lanes + ROW * ITERATIONS
-            stages.project(kernels, sizes, p, places, False, at, status, within, iterations, table, limit, tolerance)
+            stages.project(context, p, places, False, status, within, iterations)
             stages.commit(within & (load(status, 0) == 0.0), runs.states[block].ctypes.data, x, state)
-            _fall_back(block, rows, first, runs, outputs, state)
+            _fall_back(block, context.rows, context.first, runs, outputs, state)

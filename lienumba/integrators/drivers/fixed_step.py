@@ -12,10 +12,10 @@ from lienumba.compiler.routines.marks import Floats1, Floats2, Floats3, Floats4,
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout, selection_table
 from lienumba.integrators.drivers import stages
-from lienumba.integrators.drivers.measuring.steps import begin_measures, forget_past, measure_closed, take_gains
+from lienumba.integrators.drivers.measuring.steps import begin_measures, forget_past, measure, placed, take_gains
 from lienumba.integrators.drivers.row_selection import WEAKENED
 from lienumba.integrators.drivers.stages import commit, copy
-from lienumba.integrators.drivers.workspace import Places, Plan, Rows, addresses
+from lienumba.integrators.drivers.workspace import Context, Places, Plan, Rows, addresses
 from lienumba.integrators.layout import ACCEPTED, FRESH, ITERATIONS, SEEN, STATUS, UNTIL, T
 from lienumba.integrators.sizes import Sizes
 
@@ -75,56 +75,58 @@ def drive(
     stop[0]: set from outside to end early; limit and tolerance: of the projections. Every array is contiguous.
     """
     runs = Runs(states, parameters, discontinuities, records, statuses, end_steps, ends, kept)
+    at, first = addresses(buffer, sizes), layout.workspace(sizes)
+    memory = matrix(buffer.ctypes.data, first.work, W)
+    table = memory[first.table : first.table + selection_table.table_rows(sizes.exchangeable)]
+    context = Context(kernels, nodes, sizes, plan, limit, tolerance, at, first, memory, table)
+    when = Steps(steps, h, output_steps)
     if sizes.kept > 0:
-        _measured(
-            kernels, nodes, sizes, steps, h, output_steps, limit, tolerance, runs, plan, buffer, passed, progress, stop
-        )
+        _measured(context, when, runs, passed, progress, stop)
     else:
-        _unmeasured(
-            kernels, nodes, sizes, steps, h, output_steps, limit, tolerance, runs, plan, buffer, passed, progress, stop
-        )
+        _unmeasured(context, when, runs, passed, progress, stop)
+
+
+class Steps(NamedTuple):
+    """How many steps of which length (s), and at which of them something is stored."""
+
+    number: int
+    h: float
+    outputs: Integers1
 
 
 @apart
 def _measured(
-    kernels: np.ndarray, nodes: np.ndarray, sizes: Sizes, steps: int, h: float, output_steps: np.ndarray, limit: int,
-    tolerance: float, runs: Runs, plan: Plan, buffer: np.ndarray, passed: np.ndarray, progress: np.ndarray,
-    stop: np.ndarray,
-) -> None:  # fmt: skip
-    _advance(
-        kernels, nodes, sizes, steps, h, output_steps, limit, tolerance, runs, plan, buffer, passed, progress, stop,
-        True,
-    )  # fmt: skip
+    context: Context, when: Steps, runs: Runs, passed: np.ndarray, progress: np.ndarray, stop: np.ndarray
+) -> None:
+    _advance(context, when, runs, passed, progress, stop, True)
 
 
 @apart
 def _unmeasured(
-    kernels: np.ndarray, nodes: np.ndarray, sizes: Sizes, steps: int, h: float, output_steps: np.ndarray, limit: int,
-    tolerance: float, runs: Runs, plan: Plan, buffer: np.ndarray, passed: np.ndarray, progress: np.ndarray,
-    stop: np.ndarray,
-) -> None:  # fmt: skip
+    context: Context, when: Steps, runs: Runs, passed: np.ndarray, progress: np.ndarray, stop: np.ndarray
+) -> None:
     """In code of its own: where nothing is measured, what would do so costs 4 % of a step of the heavy top."""
-    _advance(
-        kernels, nodes, sizes, steps, h, output_steps, limit, tolerance, runs, plan, buffer, passed, progress, stop,
-        False,
-    )  # fmt: skip
+    _advance(context, when, runs, passed, progress, stop, False)
 
 
 @inlined
 def _advance(
-    kernels: np.ndarray, nodes: np.ndarray, sizes: Sizes, steps: int, h: float, output_steps: np.ndarray, limit: int,
-    tolerance: float, runs: Runs, plan: Plan, buffer: np.ndarray, passed: np.ndarray, progress: np.ndarray,
-    stop: np.ndarray, measured: bool,
-) -> None:  # fmt: skip
+    context: Context,
+    when: Steps,
+    runs: Runs,
+    passed: np.ndarray,
+    progress: np.ndarray,
+    stop: np.ndarray,
+    measured: bool,
+) -> None:
     """See `drive`; measured: whether something is kept of runs as a whole."""
+    kernels, sizes, at, first, memory = context.kernels, context.sizes, context.at, context.first, context.rows
+    steps, h, output_steps = when
     states, parameters, discontinuities, records, statuses, end_steps, ends, kept = runs
     elements, rows, q = layout.element_rows(sizes), layout.state_rows(sizes), sizes.exchangeable
     best = elements + sizes.first_mask + q  # the row of the largest margin
-    at, first = addresses(buffer, sizes), layout.workspace(sizes)
     clock, lanes = at.clock, at.lanes
     iterations, status, end_step = lanes + ROW * ITERATIONS, lanes + ROW * STATUS, lanes + ROW * ACCEPTED
-    memory = matrix(buffer.ctypes.data, first.work, W)
-    table = memory[first.table : first.table + selection_table.table_rows(q)]
     since, until = memory[first.lanes + T], memory[first.lanes + UNTIL]
     cuts = discontinuities.shape[1] > 1
     for block in range(states.shape[0]):
@@ -146,7 +148,7 @@ def _advance(
             copy(at.parameters, p, sizes.parameters)
             store(lanes, FRESH, splat(1.0))
             store(lanes, SEEN, splat(0.0))
-            begin_measures(kernels, sizes, at, first, memory, plan)
+            begin_measures(context)
         done = 0
         for n in range(steps + 1):
             if stop[0] != 0:
@@ -161,20 +163,18 @@ def _advance(
                 if kernels[layout.STEP] != 0:
                     call(kernels[layout.STEP], x, p, clock, 0, places.new, at.work)
                 else:
-                    stages.staged_step(kernels, sizes, nodes, 0, x, p, places.new, at)
+                    stages.staged_step(context, 0, x, p, places.new)
                 if measured and sizes.integrands > 0:
                     made = places.new + ROW * layout.first_slope(sizes)
-                    take_gains(kernels, sizes, at, x, made)
+                    take_gains(context, x, made)
                 store(clock, layout.TIME, load(lanes, UNTIL))
                 code = load(places.new, rows + layout.CODE)
                 margin = load(places.new, rows + layout.MARGIN)
                 store(status, 0, choose(going, code, load(status, 0)))
-                places = stages.project(
-                    kernels, sizes, p, places, True, at, status, going, iterations, table, limit, tolerance
-                )  # fmt: skip
+                places = stages.project(context, p, places, True, status, going, iterations)
                 good = going & (load(status, 0) == 0.0)
                 if measured and any_lane(good):
-                    measure_closed(kernels, sizes, nodes, at, first, memory, plan, good, x, places)
+                    measure(placed(context, x, places), good, load(lanes, UNTIL), splat(0.0) > 0.0, True)
                 if all_lanes(good):
                     x, places = places.new, Places(x, places.now, places.following)
                 else:
@@ -182,7 +182,7 @@ def _advance(
                 if q > 0:
                     weak = good & (margin < WEAKENED * load(x, best))
                     if any_lane(weak):
-                        others = stages.reselect(kernels, sizes, x, p, at, weak, table, x)
+                        others = stages.reselect(context, x, p, weak, x)
                         if sizes.fixed != 0:
                             store(status, 0, choose(others, codes.RESELECT, load(status, 0)))
                         if measured and sizes.leaping > 0:
@@ -200,7 +200,7 @@ def _advance(
             alive = load(status, 0) == 0.0
             store(end_step, 0, choose(alive, splat(float(n)), load(end_step, 0)))
             if done < output_steps.size and output_steps[done] == n:
-                stages.record(kernels, sizes, records[block, done].ctypes.data, x, p, at, alive, iterations)
+                stages.record(context, records[block, done].ctypes.data, x, p, alive, iterations)
                 for row in range(layout.PROJECTIONS):
                     store(iterations, row, splat(0.0))
                 done += 1

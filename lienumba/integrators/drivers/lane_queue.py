@@ -150,7 +150,7 @@ def keep(
 
 
 @apart
-def keep_state(first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, lane: int, event: int, source: int) -> None:
+def keep_state(rows: Rows, runs: ChunkRuns, queue: Queue, lane: int, event: int, source: int) -> None:
     """Keep the state at an event that is the first of its kind, where they are wanted."""
     block, place = queue.block[lane], queue.lane[lane]
     if event < runs.event_states.shape[1] and runs.event_counts[block, event, place] == 0.0:

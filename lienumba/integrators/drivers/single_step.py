@@ -12,7 +12,7 @@ from lienumba.integrators import codes, layout, selection_table
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.row_selection import WEAKENED
 from lienumba.integrators.drivers.stages import commit, copy
-from lienumba.integrators.drivers.workspace import Places
+from lienumba.integrators.drivers.workspace import NO_PLAN, Context, Places
 from lienumba.integrators.layout import ITERATIONS, STATUS, Workspace
 from lienumba.integrators.sizes import Sizes
 
@@ -35,7 +35,8 @@ def step(
     step fails, or leads to where other rows of C are needed, keeps its state. limit, tolerance: of the projections."""
     x, p, clock, status = one.state, one.parameters, at.clock, at.lanes + ROW * STATUS
     rows, q = layout.state_rows(sizes), sizes.exchangeable
-    places = Places(at.new, at.now, at.following)
+    places, table = Places(at.new, at.now, at.following), matrix(at.table, selection_table.table_rows(q), W)
+    context = Context(kernels, nodes, sizes, NO_PLAN, limit, tolerance, at, layout.workspace(sizes), table, table)
     store(status, 0, splat(0.0))
     every = load(status, 0) == 0.0
     store(clock, layout.TIME, splat(one.t))
@@ -44,19 +45,16 @@ def step(
     if kernels[layout.STEP] != 0:
         call(kernels[layout.STEP], x, p, clock, 0, places.new, at.work)
     else:
-        stages.staged_step(kernels, sizes, nodes, 0, x, p, places.new, at)
+        stages.staged_step(context, 0, x, p, places.new)
     store(clock, layout.TIME, splat(one.until))
     store(status, 0, load(places.new, rows + layout.CODE))
     margin = load(places.new, rows + layout.MARGIN)
-    table = matrix(at.table, selection_table.table_rows(q), W)
-    places = stages.project(
-        kernels, sizes, p, places, True, at, status, every, at.lanes + ROW * ITERATIONS, table, limit, tolerance
-    )
+    places = stages.project(context, p, places, True, status, every, at.lanes + ROW * ITERATIONS)
     if q > 0:
         best = load(x, layout.element_rows(sizes) + sizes.first_mask + q)
         weak = (load(status, 0) == 0.0) & (margin < WEAKENED * best)
         if any_lane(weak):
-            others = stages.reselect(kernels, sizes, places.new, p, at, weak, table, places.new)
+            others = stages.reselect(context, places.new, p, weak, places.new)
             store(status, 0, choose(others, codes.RESELECT, load(status, 0)))
     good = load(status, 0) == 0.0
     if all_lanes(good):

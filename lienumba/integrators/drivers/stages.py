@@ -4,6 +4,8 @@ They know rows of lanes, not mechanics; kernels are called by their addresses. A
 every iteration is committed by lane.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from lienumba.compiler.lanes import Address, Lanes, Mask, all_lanes, any_lane, call, choose, load, matrix, splat, store
@@ -11,9 +13,8 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout, selection_table
 from lienumba.integrators.drivers.row_selection import select_rows
-from lienumba.integrators.drivers.workspace import Places, Rows
-from lienumba.integrators.layout import Workspace
-from lienumba.integrators.sizes import Sizes
+from lienumba.integrators.drivers.workspace import Context, Places
+from lienumba.integrators.layout import UNTIL, T
 from lienumba.numerics.operations import maximum
 
 
@@ -31,76 +32,81 @@ def copy(target: Address, source: Address, rows: int) -> None:
 
 
 @apart
-def record(
-    kernels: np.ndarray, sizes: Sizes, to: Address, state: Address, p: Address, at: Workspace, alive: Mask,
-    iterations: Address,
-) -> None:  # fmt: skip
+def record(context: Context, to: Address, state: Address, p: Address, alive: Mask, iterations: Address) -> None:
     """Store state, observed rows and iterations; NaN in the lanes that are not alive. A NaN that was computed has the
     sign that the processor gives it: all that are stored are the same one."""
-    rows = layout.state_rows(sizes)
-    call(kernels[layout.OBSERVE], state, p, at.clock, 0, to + ROW * rows, at.work)
+    rows = layout.state_rows(context.sizes)
+    call(context.kernels[layout.OBSERVE], state, p, context.at.clock, 0, to + ROW * rows, context.at.work)
     copy(to, state, rows)
-    copy(to + ROW * (rows + sizes.observed), iterations, layout.PROJECTIONS)
-    for row in range(layout.record_rows(sizes)):
+    copy(to + ROW * (rows + context.sizes.observed), iterations, layout.PROJECTIONS)
+    for row in range(layout.record_rows(context.sizes)):
         x = load(to, row)
         store(to, row, choose(alive & (x == x), x, splat(np.nan)))
 
 
+class Iteration(NamedTuple):
+    """How a projection is iterated: the kernels of the first and of all further iterations; the row of the violation in
+    what they give; how many rows of that become the next iterate, and how many this keeps behind them."""
+
+    first: Address
+    further: Address
+    violation: int
+    committed: int
+    carried: int
+
+
 @inlined
 def iterate(
-    kernel: int, again: int, p: Address, hat: Address, places: Places, at: Workspace, status: Address, pending: Mask,
-    limit: int, tolerance: float, violation: int, committed: int, carried: int, exchange: bool,
+    context: Context, how: Iteration, p: Address, hat: Address, places: Places, status: Address, pending: Mask,
+    exchange: bool,
 ) -> tuple[Lanes, Places]:  # fmt: skip
     """Iterate a projection from `places.now` until every pending lane is within the tolerance; returns each lane's
     iterations, and the places with the last iterate as `now`.
 
-    `again`: the kernel of the iterations after the first; hat: what is projected, 0: the iterate itself; the place
-    `new` is spare; `violation`: its row in what they give; `committed`, `carried`: how many rows go to `now`, and how
-    many it keeps behind them; `exchange`: whether iterates may change places.
+    hat: what is projected, 0: the iterate itself; the place `new` is spare; exchange: whether iterates may change
+    places.
     """
     used, now, following, spare = splat(0.0), places.now, places.following, places.new
-    for n in range(limit):
+    for n in range(context.limit):
         if not any_lane(pending):
             return used, Places(spare, now, following)
-        call(kernel if n == 0 else again, now if hat == 0 else hat, p, at.clock, now, following, at.work)
-        code = load(following, violation - layout.VIOLATION + layout.ITERATE_CODE)
-        left = load(following, violation)
+        kernel = how.first if n == 0 else how.further
+        call(kernel, now if hat == 0 else hat, p, context.at.clock, now, following, context.at.work)
+        code = load(following, how.violation - layout.VIOLATION + layout.ITERATE_CODE)
+        left = load(following, how.violation)
         if exchange and all_lanes(pending):
-            copy(following + ROW * committed, now + ROW * committed, carried)
+            copy(following + ROW * how.committed, now + ROW * how.committed, how.carried)
             if now == hat:
                 now, following, spare = following, spare, now
             else:
                 now, following = following, now
         else:
-            commit(pending, now, following, committed)
+            commit(pending, now, following, how.committed)
         used = used + choose(pending, 1.0, 0.0)
         store(status, 0, choose(pending, choose(code == 0.0, load(status, 0), code), load(status, 0)))
-        pending = pending & (load(status, 0) == 0.0) & (left > tolerance)
+        pending = pending & (load(status, 0) == 0.0) & (left > context.tolerance)
     store(status, 0, choose(pending, splat(codes.NOT_CONVERGED), load(status, 0)))
     return used, Places(spare, now, following)
 
 
 @apart
-def reselect(
-    kernels: np.ndarray, sizes: Sizes, state: Address, p: Address, at: Workspace, lanes: Mask, table: Rows,
-    target: Address,
-) -> Mask:  # fmt: skip
+def reselect(context: Context, state: Address, p: Address, lanes: Mask, target: Address) -> Mask:
     """Select the constraint rows anew at a state in these lanes; the masks go to the state `target`.
     Returns in which lanes they are others than before."""
-    q = sizes.exchangeable
-    first = layout.element_rows(sizes) + sizes.first_mask
+    q = context.sizes.exchangeable
+    first = layout.element_rows(context.sizes) + context.sizes.first_mask
     masks, asked = selection_table.table_masks(q), selection_table.table_asked(q)
-    room = matrix(at.table + ROW * selection_table.table_room(q), q + 2, q)
-    call(kernels[layout.SCHUR], state, p, at.clock, 0, at.table, at.work)
+    room = matrix(context.at.table + ROW * selection_table.table_room(q), q + 2, q)
+    call(context.kernels[layout.SCHUR], state, p, context.at.clock, 0, context.at.table, context.at.work)
     for i in range(q):
-        store(at.table, masks + i, load(target, first + i))
-    store(at.table, asked, choose(lanes, splat(1.0), splat(0.0)))
+        store(context.at.table, masks + i, load(target, first + i))
+    store(context.at.table, asked, choose(lanes, splat(1.0), splat(0.0)))
     for lane in range(W):
-        if table[asked, lane] != 0.0:
-            select_rows(table, lane, q, room)
+        if context.table[asked, lane] != 0.0:
+            select_rows(context.table, lane, q, room)
     same = splat(1.0)
     for i in range(q):
-        mask = choose(lanes, load(at.table, masks + i), load(target, first + i))
+        mask = choose(lanes, load(context.at.table, masks + i), load(target, first + i))
         same = choose(mask == load(target, first + i), same, 0.0)
         store(target, first + i, mask)
     store(target, first + q, choose(lanes, splat(0.0), load(target, first + q)))
@@ -109,9 +115,8 @@ def reselect(
 
 @inlined
 def project_positions(
-    kernels: np.ndarray, sizes: Sizes, p: Address, places: Places, movable: bool, at: Workspace, status: Address,
-    pending: Mask, table: Rows, limit: int, tolerance: float, closing: bool,
-) -> tuple[Lanes, Places]:  # fmt: skip
+    context: Context, p: Address, places: Places, movable: bool, status: Address, pending: Mask, closing: bool
+) -> tuple[Lanes, Places]:
     """Project the positions of `new` in the pending lanes; returns each lane's iterations, and the places.
     closing: over gaps.
 
@@ -119,37 +124,36 @@ def project_positions(
     the rows are selected anew where the iteration has come to, and it starts again; with fixed rows that is for another
     program to do.
     """
-    rows = layout.element_rows(sizes)
-    iterated = rows + sizes.correction
-    first, chord = kernels[layout.POSITION], kernels[layout.CHORD]
-    if closing and kernels[layout.CLOSURE] != 0:
-        first, chord = kernels[layout.CLOSURE], 0
+    rows = layout.element_rows(context.sizes)
+    iterated = rows + context.sizes.correction
+    first, chord = context.kernels[layout.POSITION], context.kernels[layout.CHORD]
+    if closing and context.kernels[layout.CLOSURE] != 0:
+        first, chord = context.kernels[layout.CLOSURE], 0
     again = chord if chord != 0 else first  # reads what the first one left behind its iterate: that stays in its place
     used, new = splat(0.0), places.new
     for attempt in range(2):
         # an iterate begins as a copy of `new`, or is `new`, whose rows behind the bodies have been read
-        if not (movable and chord == 0 and sizes.augmented == 0 and all_lanes(pending)):
+        if not (movable and chord == 0 and context.sizes.augmented == 0 and all_lanes(pending)):
             copy(places.now, new, rows)
         else:
             places = Places(places.now, new, places.following)
         for row in range(rows, iterated):
             store(places.now, row, splat(0.0))
         violation = iterated + layout.VIOLATION
-        count, places = iterate(
-            first, again, p, new, places, at, status, pending, limit, tolerance, violation, iterated, 0, chord == 0
-        )  # fmt: skip
+        how = Iteration(first, again, violation, iterated, 0)
+        count, places = iterate(context, how, p, new, places, status, pending, chord == 0)
         used = used + count
         done = pending & (load(status, 0) == 0.0)
         if movable and all_lanes(done):
-            copy(places.now + ROW * rows, new + ROW * rows, sizes.augmented)
+            copy(places.now + ROW * rows, new + ROW * rows, context.sizes.augmented)
             return used, Places(places.now, new, places.following)
         commit(done, new, places.now, rows)
         pending = pending & (load(status, 0) == codes.NOT_CONVERGED)
-        if attempt == 1 or sizes.exchangeable == 0 or not any_lane(pending):
+        if attempt == 1 or context.sizes.exchangeable == 0 or not any_lane(pending):
             break
-        copy(places.now + ROW * rows, new + ROW * rows, sizes.augmented)
-        others = reselect(kernels, sizes, places.now, p, at, pending, table, new)
-        if sizes.fixed != 0:
+        copy(places.now + ROW * rows, new + ROW * rows, context.sizes.augmented)
+        others = reselect(context, places.now, p, pending, new)
+        if context.sizes.fixed != 0:
             store(status, 0, choose(others, codes.RESELECT, load(status, 0)))
             break
         store(status, 0, choose(pending, splat(0.0), load(status, 0)))
@@ -158,95 +162,122 @@ def project_positions(
 
 @inlined
 def project_velocities(
-    kernels: np.ndarray, sizes: Sizes, p: Address, places: Places, movable: bool, at: Workspace, status: Address,
-    pending: Mask, limit: int, tolerance: float,
-) -> tuple[Lanes, Places]:  # fmt: skip
+    context: Context, p: Address, places: Places, movable: bool, status: Address, pending: Mask
+) -> tuple[Lanes, Places]:
     """Project the velocities of `new` in the pending lanes; returns each lane's iterations, and the places."""
-    rows, kernel = layout.element_rows(sizes), kernels[layout.VELOCITY]
+    rows, kernel = layout.element_rows(context.sizes), context.kernels[layout.VELOCITY]
     violation = rows + layout.VIOLATION
-    used, after = iterate(
-        kernel, kernel, p, 0, Places(places.now, places.new, places.following), at, status, pending, limit, tolerance,
-        violation, rows, sizes.augmented, movable,
-    )  # fmt: skip
+    how = Iteration(kernel, kernel, violation, rows, context.sizes.augmented)
+    there = Places(places.now, places.new, places.following)
+    used, after = iterate(context, how, p, 0, there, status, pending, movable)
     return used, Places(after.now, after.new, after.following)
 
 
 @inlined
 def project(
-    kernels: np.ndarray, sizes: Sizes, p: Address, places: Places, movable: bool, at: Workspace, status: Address,
-    going: Mask, iterations: Address, table: Rows, limit: int, tolerance: float,
-) -> Places:  # fmt: skip
+    context: Context, p: Address, places: Places, movable: bool, status: Address, going: Mask, iterations: Address
+) -> Places:
     """Project positions and velocities of `new` in the lanes `going`; the most so far go to the rows `iterations`.
     Returns the places; movable: whether `new` may get another one, where its code and margin do not follow."""
-    if kernels[layout.POSITION] != 0:
+    if context.kernels[layout.POSITION] != 0:
         pending = going & (load(status, 0) == 0.0)
-        used, places = project_positions(
-            kernels, sizes, p, places, movable, at, status, pending, table, limit, tolerance, False
-        )  # fmt: skip
+        used, places = project_positions(context, p, places, movable, status, pending, False)
         store(iterations, 0, choose(used > load(iterations, 0), used, load(iterations, 0)))
-    if kernels[layout.VELOCITY] != 0:
+    if context.kernels[layout.VELOCITY] != 0:
         pending = going & (load(status, 0) == 0.0)
-        used, places = project_velocities(kernels, sizes, p, places, movable, at, status, pending, limit, tolerance)
+        used, places = project_velocities(context, p, places, movable, status, pending)
         store(iterations, 1, choose(used > load(iterations, 1), used, load(iterations, 1)))
     return places
 
 
 @apart
-def stage(
-    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, s: int, x: Address, p: Address, at: Workspace, t: Lanes,
-    h: Lanes,
-) -> Lanes:  # fmt: skip
+def stage(context: Context, s: int, x: Address, p: Address, t: Lanes, h: Lanes) -> Lanes:
     """The slopes of stage s of a step; returns the largest squared rotation of its argument."""
-    size, combine = sizes.coordinates, kernels[layout.COMBINE + s]
-    store(at.clock, layout.TIME, t + nodes[s] * h)
-    store(at.clock, layout.NODE, splat(nodes[s]))
+    size, combine = context.sizes.coordinates, context.kernels[layout.COMBINE + s]
+    store(context.at.clock, layout.TIME, t + context.nodes[s] * h)
+    store(context.at.clock, layout.NODE, splat(context.nodes[s]))
     rotation = splat(0.0)
-    for i in range(sizes.elements if combine != 0 else 0):
-        slopes = at.slopes + ROW * layout.slope_row(sizes, i, 0)
-        call(combine, 0, p, at.clock, slopes, at.u + ROW * size * i, at.work)
-        rotation = maximum(load(at.u, size * (i + 1)), rotation)
-    slopes = at.slopes + ROW * layout.slope_row(sizes, 0, s)
-    call(kernels[layout.STAGE if combine != 0 else layout.FIRST], x, p, at.clock, at.u, slopes, at.work)
+    for i in range(context.sizes.elements if combine != 0 else 0):
+        slopes = context.at.slopes + ROW * layout.slope_row(context.sizes, i, 0)
+        call(combine, 0, p, context.at.clock, slopes, context.at.u + ROW * size * i, context.at.work)
+        rotation = maximum(load(context.at.u, size * (i + 1)), rotation)
+    slopes = context.at.slopes + ROW * layout.slope_row(context.sizes, 0, s)
+    call(
+        context.kernels[layout.STAGE if combine != 0 else layout.FIRST],
+        x,
+        p,
+        context.at.clock,
+        context.at.u,
+        slopes,
+        context.at.work,
+    )
     return rotation
 
 
 @inlined
-def end_slope(kernels: np.ndarray, sizes: Sizes, at: Workspace, until: Lanes) -> None:
-    """The slope at the end of an open step, about its start."""
-    if kernels[layout.CLOSE] == 0:
-        store(at.clock, layout.TIME, until)
-        last = at.slopes + ROW * layout.slope_row(sizes, 0, sizes.slopes - 1)
-        call(kernels[layout.FIRST], at.new, at.parameters, at.clock, 0, last, at.work)
-    call(kernels[layout.END], at.state, at.parameters, at.clock, at.slopes, at.slopes, at.work)
+def end_slope(context: Context) -> None:
+    """The slope at the end of the current step, about its start."""
+    if context.kernels[layout.CLOSE] == 0:
+        store(context.at.clock, layout.TIME, load(context.at.lanes, UNTIL))
+        last = context.at.slopes + ROW * layout.slope_row(context.sizes, 0, context.sizes.slopes - 1)
+        call(
+            context.kernels[layout.FIRST],
+            context.at.new,
+            context.at.parameters,
+            context.at.clock,
+            0,
+            last,
+            context.at.work,
+        )
+    call(
+        context.kernels[layout.END],
+        context.at.state,
+        context.at.parameters,
+        context.at.clock,
+        context.at.slopes,
+        context.at.slopes,
+        context.at.work,
+    )
 
 
 @apart
-def extend(
-    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, t: Lanes, length: Lanes, until: Lanes
-) -> None:
-    """The slope at the end of an open step, and those of the stages that only the continuous extension needs; a
+def extend(context: Context) -> None:
+    """The slope at the end of the current step, and those of the stages that only the continuous extension needs; a
     series says it all."""
-    if kernels[layout.EXPAND] != 0:
+    if context.kernels[layout.EXPAND] != 0:
         return
-    end_slope(kernels, sizes, at, until)
-    for s in range(sizes.stages + 1, sizes.slopes - 1):
-        stage(kernels, sizes, nodes, s, at.state, at.parameters, at, t, length)
-    store(at.clock, layout.TIME, t)
+    t, length = load(context.at.lanes, T), load(context.at.clock, layout.LENGTH)
+    end_slope(context)
+    for s in range(context.sizes.stages + 1, context.sizes.slopes - 1):
+        stage(context, s, context.at.state, context.at.parameters, t, length)
+    store(context.at.clock, layout.TIME, t)
 
 
 @apart
-def extend_at_end(sizes: Sizes, nodes: np.ndarray, at: Workspace, lanes: Mask) -> None:
+def extend_at_end(context: Context, lanes: Mask) -> None:
     """Behind `end_slope`: what will do for the continuous extension next to the end of the step in these lanes. What
     only the extension needs has the weight (1 - fraction)^2 there: a straight line between the ends is enough."""
-    last = layout.report_row(sizes, sizes.slopes - 1)
-    for s in range(sizes.stages + 1, sizes.slopes - 1):
-        for i in range(sizes.elements):
-            first, end = layout.slope_row(sizes, i, 0), layout.slope_row(sizes, i, sizes.stages)
-            for n in range(sizes.coordinates):
-                _between(at.slopes, lanes, nodes[s], first + n, end + n, layout.slope_row(sizes, i, s) + n)
+    last = layout.report_row(context.sizes, context.sizes.slopes - 1)
+    for s in range(context.sizes.stages + 1, context.sizes.slopes - 1):
+        for i in range(context.sizes.elements):
+            first, end = layout.slope_row(context.sizes, i, 0), layout.slope_row(context.sizes, i, context.sizes.stages)
+            for n in range(context.sizes.coordinates):
+                _between(
+                    context.at.slopes,
+                    lanes,
+                    context.nodes[s],
+                    first + n,
+                    end + n,
+                    layout.slope_row(context.sizes, i, s) + n,
+                )
         for n in range(layout.REPORTS):
             _between(
-                at.slopes, lanes, nodes[s], layout.report_row(sizes, 0) + n, last + n, layout.report_row(sizes, s) + n
+                context.at.slopes,
+                lanes,
+                context.nodes[s],
+                layout.report_row(context.sizes, 0) + n,
+                last + n,
+                layout.report_row(context.sizes, s) + n,
             )
 
 
@@ -258,35 +289,37 @@ def _between(slopes: Address, lanes: Mask, node: float, first: int, end: int, ro
 
 
 @apart
-def staged_step(
-    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, since: int, x: Address, p: Address, new: Address,
-    at: Workspace,
-) -> None:  # fmt: skip
+def staged_step(context: Context, since: int, x: Address, p: Address, new: Address) -> None:
     """One step stage by stage, from stage `since` on, for mechanisms whose step is too long for one kernel; code and
     margin go behind `new`.
 
     The kernels of one body put what they report behind the body's rows: it is read before the next body's call, whose
     rows begin there.
     """
-    t, h = load(at.clock, layout.TIME), load(at.clock, layout.LENGTH)
+    t, h = load(context.at.clock, layout.TIME), load(context.at.clock, layout.LENGTH)
     rotation, square, first, every = splat(0.0), splat(0.0), splat(1.0), splat(1.0)
-    for s in range(sizes.stages):
+    for s in range(context.sizes.stages):
         if s >= since:
-            rotation = maximum(stage(kernels, sizes, nodes, s, x, p, at, t, h), rotation)
-        sound = load(at.slopes, layout.report_row(sizes, s) + layout.SOUND)
+            rotation = maximum(stage(context, s, x, p, t, h), rotation)
+        sound = load(context.at.slopes, layout.report_row(context.sizes, s) + layout.SOUND)
         every = choose(sound < every, sound, every)
         first = every if s == 0 else first
-    for i in range(sizes.elements):
-        element, slopes = ROW * sizes.element * i, at.slopes + ROW * layout.slope_row(sizes, i, 0)
-        call(kernels[layout.ADVANCE], x + element, p, at.clock, slopes, new + element, at.work)
-        rotation = maximum(load(new, sizes.element * (i + 1) + layout.TURNED), rotation)
-        square = square + load(new, sizes.element * (i + 1) + layout.MOVED)
-    rows, behind = ROW * layout.element_rows(sizes), layout.state_rows(sizes)
-    copy(new + rows, x + rows, sizes.augmented)
-    store(at.clock, layout.TIME, t + h)
-    if sizes.augmented > 0:
-        call(kernels[layout.FINISH], new, p, at.clock, at.slopes, at.u, at.work)
-        copy(new + rows, at.u, sizes.augmented)
+    for i in range(context.sizes.elements):
+        element, slopes = (
+            ROW * context.sizes.element * i,
+            context.at.slopes + ROW * layout.slope_row(context.sizes, i, 0),
+        )
+        call(context.kernels[layout.ADVANCE], x + element, p, context.at.clock, slopes, new + element, context.at.work)
+        rotation = maximum(load(new, context.sizes.element * (i + 1) + layout.TURNED), rotation)
+        square = square + load(new, context.sizes.element * (i + 1) + layout.MOVED)
+    rows, behind = ROW * layout.element_rows(context.sizes), layout.state_rows(context.sizes)
+    copy(new + rows, x + rows, context.sizes.augmented)
+    store(context.at.clock, layout.TIME, t + h)
+    if context.sizes.augmented > 0:
+        call(context.kernels[layout.FINISH], new, p, context.at.clock, context.at.slopes, context.at.u, context.at.work)
+        copy(new + rows, context.at.u, context.sizes.augmented)
     code = codes.verdict(rotation, square, first, every)
     store(new, behind + layout.CODE, choose(every < 0.0, splat(codes.PARADOX), code))
-    store(new, behind + layout.MARGIN, load(at.slopes, layout.report_row(sizes, 0) + layout.STAGE_MARGIN))
+    store(
+        new, behind + layout.MARGIN, load(context.at.slopes, layout.report_row(context.sizes, 0) + layout.STAGE_MARGIN)
+    )

@@ -14,9 +14,8 @@ from lienumba.integrators import codes, layout, selection_table
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.changes import change
 from lienumba.integrators.drivers.dense_output import earliest_end, keep_between, keep_ends, observe, pending
-from lienumba.integrators.drivers.events.acting import AT_ONCE
-from lienumba.integrators.drivers.events.finding import find_events, leave, start_events, start_switches
-from lienumba.integrators.drivers.events.search import read_off
+from lienumba.integrators.drivers.events.finding import find_events, leave, read_off, start_events, start_switches
+from lienumba.integrators.drivers.events.tolerances import SIMULTANEOUS_RTOL
 from lienumba.integrators.drivers.implicit import forget, grow, shorten, solve_stages, straddle
 from lienumba.integrators.drivers.lane_queue import (
     END,
@@ -45,7 +44,7 @@ from lienumba.integrators.drivers.measuring.steps import (
 )
 from lienumba.integrators.drivers.row_selection import WEAKENED
 from lienumba.integrators.drivers.stages import commit
-from lienumba.integrators.drivers.workspace import Places, Plan, Rows, addresses
+from lienumba.integrators.drivers.workspace import Context, Places, Plan, addresses
 from lienumba.integrators.layout import (
     ACCEPTED,
     BACK,
@@ -75,10 +74,10 @@ LOST = 1e-12  # of one that ends so near to it that the branch is noise to impli
 
 @apart
 def _next_runs(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
-    outputs: np.ndarray, plan: Plan, pace: np.ndarray, limit: int, tolerance: float, table: Rows,
-) -> bool:  # fmt: skip
+    context: Context, runs: ChunkRuns, queue: Queue, outputs: np.ndarray, pace: np.ndarray, step: float
+) -> bool:
     """Give every lane without a run the next one, and store its start; whether any lane has a run."""
+    kernels, sizes, at, first, rows = context.kernels, context.sizes, context.at, context.first, context.rows
     fresh, busy = False, False
     for lane in range(W):
         if rows[first.lanes + BUSY, lane] == 0.0:
@@ -90,16 +89,15 @@ def _next_runs(
         store(at.clock, layout.TIME, splat(0.0))
         call(kernels[layout.SAMPLE], at.state, at.parameters, at.clock, 0, at.new, at.work)
         commit(load(at.lanes, FRESH) != 0.0, at.state, at.new, layout.element_rows(sizes))
-    step = pace[STEP] if kernels[layout.NEWTON] == 0 or sizes.history > 0 else 0.0  # but for collocation
     if layout.conditions(sizes) > 0:
         if sizes.switches > 0:
-            start_switches(kernels, sizes, at)
-            change(kernels, sizes, at, first, rows, runs, queue, plan, pace[END], step, table, limit, tolerance)
-        start_events(kernels, sizes, at, first, rows, runs, queue, plan)
+            start_switches(context)
+            change(context, runs, queue, pace[END], step)
+        start_events(context, runs, queue)
         if any_lane(load(at.lanes, CHANGED) != 0.0):
-            change(kernels, sizes, at, first, rows, runs, queue, plan, pace[END], step, table, limit, tolerance)
+            change(context, runs, queue, pace[END], step)
     if sizes.kept > 0:
-        begin_measures(kernels, sizes, at, first, rows, plan)
+        begin_measures(context)
     for lane in range(W):
         if rows[first.lanes + FRESH, lane] != 0.0:
             keep(lane, rows, first, sizes, runs, queue, outputs, first.state, True)
@@ -134,11 +132,10 @@ def _expand(kernels: np.ndarray, at: Workspace, pace: np.ndarray) -> None:
 
 
 @inlined
-def _try(
-    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, table: Rows, limit: int, tolerance: float
-) -> None:
+def _try(context: Context) -> None:
     """One step of every lane with its projections, and where a tolerance chooses steps with F at its end and its error;
     codes go to TRIAL."""
+    kernels, sizes, at = context.kernels, context.sizes, context.at
     x, p, new, lanes = at.state, at.parameters, at.new, at.lanes
     last, adaptive = at.slopes + ROW * layout.slope_row(sizes, 0, sizes.slopes - 1), kernels[layout.CLOSE] != 0
     implicit = kernels[layout.NEWTON] != 0
@@ -148,7 +145,7 @@ def _try(
         call(kernels[layout.FIRST], x, p, at.clock, 0, last, at.work)
         _take(stale, sizes, at.slopes)
         if sizes.seen > 0:
-            renew_rates(sizes, at, stale)
+            renew_rates(context, stale)
         store(lanes, STALE, splat(0.0))
     unsettled = splat(0.0)
     if implicit:
@@ -160,9 +157,9 @@ def _try(
     if kernels[layout.STEP] != 0:
         call(kernels[layout.STEP], x, p, at.clock, at.slopes, new, at.work)
     else:
-        stages.staged_step(kernels, sizes, nodes, 1 if adaptive else 0, x, p, new, at)
+        stages.staged_step(context, 1 if adaptive else 0, x, p, new)
     if sizes.integrands > 0 and not adaptive:
-        take_gains(kernels, sizes, at, x, at.slopes + ROW * layout.quadrature_row(sizes))
+        take_gains(context, x, at.slopes + ROW * layout.quadrature_row(sizes))
     if kernels[layout.DEFECT] != 0:
         call(kernels[layout.DEFECT], x, p, at.clock, at.slopes, at.slopes, at.work)
     trial = lanes + ROW * TRIAL
@@ -172,7 +169,7 @@ def _try(
     busy = load(lanes, BUSY) != 0.0
     iterations = lanes + ROW * ITERATIONS
     places = Places(new, at.now, at.following)
-    stages.project(kernels, sizes, p, places, False, at, trial, busy, iterations, table, limit, tolerance)
+    stages.project(context, p, places, False, trial, busy, iterations)
     if not ends:
         return
     call(kernels[layout.FIRST], new, p, at.clock, 0, last, at.work)
@@ -185,7 +182,7 @@ def _try(
     store(trial, 0, choose(sound, load(trial, 0), choose(load(trial, 0) == 0.0, splat(codes.SINGULAR), load(trial, 0))))
     call(kernels[layout.CLOSE], x, p, at.clock, new, at.control, at.work)
     if sizes.integrands > 0:
-        take_gains(kernels, sizes, at, x, at.slopes)
+        take_gains(context, x, at.slopes)
     if kernels[layout.CLOSE_ALONG] != 0:
         margin = layout.report_row(sizes, 0) + layout.STAGE_MARGIN
         weak = (load(at.slopes, margin) < WEAK) | (load(last, margin) < WEAK)
@@ -195,10 +192,9 @@ def _try(
 
 
 @inlined
-def _move(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, good: Mask, left: Lanes, table: Rows, pace: np.ndarray
-) -> None:
+def _move(context: Context, good: Mask, left: Lanes, pace: np.ndarray) -> None:
     """The step is done in the lanes `good`, which leave it at the time `left`, or at its end."""
+    sizes, at = context.sizes, context.at
     rows, lanes, x = layout.state_rows(sizes), at.lanes, at.state
     until, grid = load(lanes, UNTIL), load(lanes, GRID)
     store(at.clock, layout.TIME, until)
@@ -215,7 +211,7 @@ def _move(
         best = layout.element_rows(sizes) + sizes.first_mask + sizes.exchangeable  # the row of the largest margin
         weak = good & (load(at.new, rows + layout.MARGIN) < WEAKENED * load(x, best))
         if any_lane(weak):
-            others = stages.reselect(kernels, sizes, x, at.parameters, at, weak, table, x)
+            others = stages.reselect(context, x, at.parameters, weak, x)
             store(lanes, STALE, choose(others, splat(1.0), load(lanes, STALE)))
             if sizes.leaping > 0:
                 store(lanes, SEEN, choose(others, minimum(load(lanes, SEEN), splat(0.0)), load(lanes, SEEN)))
@@ -224,11 +220,9 @@ def _move(
 
 
 @apart
-def _end_on_discontinuity(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
-    moved: Mask,
-) -> None:  # fmt: skip
+def _end_on_discontinuity(context: Context, runs: ChunkRuns, queue: Queue, moved: Mask) -> None:
     """What happens there: laws are sampled, and F may jump."""
+    kernels, sizes, at, first, rows = context.kernels, context.sizes, context.at, context.first, context.rows
     own = first.lanes
     store(at.lanes, PICKED, choose(moved, splat(1.0), splat(0.0)))
     for lane in range(W):
@@ -261,6 +255,7 @@ def drive(
     rows = matrix(buffer.ctypes.data, first.work, W)
     table = rows[first.table : first.table + selection_table.table_rows(sizes.exchangeable)]
     queue = Queue(places[0], places[1], places[2], places[3], places[4])
+    context = Context(kernels, nodes, sizes, plan, limit, tolerance, at, first, rows, table)
     queue.next[0] = 0
     lanes, total, fresh, done = at.lanes, runs.statuses.shape[0] * W, True, 0
     for lane in range(W):
@@ -270,9 +265,7 @@ def drive(
         if stop[0] != 0:
             return
         if fresh:
-            if not _next_runs(
-                kernels, sizes, at, first, rows, runs, queue, outputs, plan, pace, limit, tolerance, table
-            ):
+            if not _next_runs(context, runs, queue, outputs, pace, step):
                 break
             for n in range(pace.size - TOLERANCE):
                 store(at.clock, layout.TOLERANCE + n, splat(pace[TOLERANCE + n]))
@@ -284,8 +277,8 @@ def drive(
             grow(sizes, at, pace[STEP])
         if kernels[layout.NEWTON] != 0 and sizes.weakens != 0:
             straddle(sizes, at, pace[STEP], pace[END])
-        t, length, until = load(lanes, T), load(at.clock, layout.LENGTH), load(lanes, UNTIL)
-        _try(kernels, sizes, nodes, at, table, limit, tolerance)
+        length, until = load(at.clock, layout.LENGTH), load(lanes, UNTIL)
+        _try(context)
         given, trial = load(lanes, BUSY) != 0.0, load(lanes, TRIAL)
         busy = given & (load(lanes, STATUS) == 0.0)
         good = busy & (trial == 0.0)
@@ -298,7 +291,7 @@ def drive(
             store(lanes, PICKED, choose(good, splat(0.0), splat(1.0)))
             reject(lanes, at.control, length, busy & (load(lanes, PICKED) != 0.0), pace)
         if layout.conditions(sizes) > 0:
-            left = find_events(kernels, sizes, nodes, at, first, rows, runs, queue, plan, pace[END], good, t, length)
+            left = find_events(context, runs, queue, pace[END], good)
             good = good & (left >= 0.0)
             until = choose(left < until, left, until)
         if pace[STEP] == 0.0:
@@ -309,25 +302,25 @@ def drive(
                 choose(good, load(at.control, layout.REMEMBERED), load(at.clock, layout.MEMORY)),
             )
         if sizes.kept > 0 and any_lane(good):
-            measure(kernels, sizes, nodes, at, first, rows, plan, good, t, length, until, left < NEVER)
-        latest = choose(left < NEVER, until + AT_ONCE * maximum(length, until), until)
+            measure(context, good, until, left < NEVER, False)
+        latest = choose(left < NEVER, until + SIMULTANEOUS_RTOL * maximum(length, until), until)
         if any_lane(pending(at, good, length, until, latest)):
-            keep_between(kernels, sizes, nodes, at, first, rows, runs, queue, outputs, good, t, length, until, latest)
+            keep_between(context, runs, queue, outputs, good, until, latest)
         if any_lane(good & (left < load(lanes, UNTIL))):
-            read_off(kernels, sizes, nodes, at, t, length, left)
+            read_off(context, left)
         earliest = earliest_end(at, length)
-        _move(kernels, sizes, at, good, left, table, pace)
-        leave(sizes, at, left, good)
+        _move(context, good, left, pace)
+        leave(context, left, good)
         reached = good & (load(lanes, T) == load(lanes, JUMP))
         if any_lane(reached):
             store(at.clock, layout.TIME, load(lanes, T))
-            _end_on_discontinuity(kernels, sizes, at, first, rows, runs, queue, reached)
+            _end_on_discontinuity(context, runs, queue, reached)
         due = load(lanes, DUE)
         ended = good & (load(lanes, T) == load(lanes, UNTIL)) & (due >= earliest) & (due <= load(lanes, T))
         if any_lane(ended):
-            keep_ends(at, first, sizes, rows, runs, queue, outputs, ended)
+            keep_ends(context, runs, queue, outputs, ended)
         if layout.conditions(sizes) > 0 and any_lane(load(lanes, CHANGED) != 0.0):
-            change(kernels, sizes, at, first, rows, runs, queue, plan, pace[END], step, table, limit, tolerance)
+            change(context, runs, queue, pace[END], step)
         if pace[STEP] == 0.0:
             lose_patience(lanes, given, pace[END])
         over = given & ((load(lanes, STATUS) != 0.0) | (load(lanes, T) >= pace[LAST]))
@@ -340,5 +333,5 @@ def drive(
                     done += 1
             progress[0] = outputs.size * (done * runs.statuses.shape[0]) // total
             fresh = True
-    observe(kernels, sizes, at, first, rows, runs, outputs, limit, tolerance, table)
+    observe(context, runs, outputs)
     progress[0] = outputs.size * runs.statuses.shape[0]

@@ -1,6 +1,6 @@
 """What the functions of drivers carry: the compiled mechanism, its events and contacts, and the memory of a driver."""
 
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -25,9 +25,9 @@ class Places(NamedTuple):
 class Plan(NamedTuple):
     """What events do, and what the rows of contacts and of measures are.
 
-    stops (events,): whether an event ends a run; acts (events, 8): see `layout.ACTION`; targets: of all events;
-    switches (s, 9): see `layout.SWITCH_KIND`; kept (n, 10): see `layout.KEPT_KIND`; straight (signals,): whether one
-    bends nowhere.
+    stops (events,): whether an event ends a run; acts (events, 7): see `layout.ACTION`; targets: of all events;
+    switches (s, 8): see `layout.SWITCH_KIND`; kept (n, 6): see `KEPT_NUMBERS`; guards: the signals at whose zeros
+    records have breakpoints, those of each record side by side; straight (signals,): whether one has no kinks.
     """
 
     stops: Integers1
@@ -35,7 +35,11 @@ class Plan(NamedTuple):
     targets: Integers1
     switches: Integers2
     kept: Integers2
+    guards: Integers1
     straight: Integers1
+
+
+NO_PLAN = cast(Plan, None)  # of a driver in which nothing happens, and nothing is measured
 
 
 class Context(NamedTuple):

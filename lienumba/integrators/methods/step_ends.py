@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
+from lienumba.integrators.bounds import MONOTONE_RATIO, by_changes, by_rates
 from lienumba.integrators.codes import HUGE
-from lienumba.integrators.reach import EVEN, by_changes, by_rates
-from lienumba.integrators.truth import AT_ROOT, BAND, BESIDE, settled
+from lienumba.integrators.hysteresis import HYSTERESIS_RTOL, ROOT_RTOL, STAGE_RTOL, settled
 from lienumba.mechanics.mechanism.model import COUNT, FIRST, INTEGRAL, LARGEST, LAST, SMALLEST
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, maximum, minimum, where
@@ -81,8 +81,8 @@ class Ends:
     def if_it_crosses(self, yes: Number, no: Number) -> Any:
         """One of two numbers: whether it may be on both sides of 0, for stages that are next to the ends, too, and by
         more than rounding."""
-        reach = self.if_it_turns(self.reach, 0.0) + BESIDE * (self.most - self.least)
-        faint = maximum(self.most, -self.least) + reach <= AT_ROOT * known_size(self.size)
+        reach = self.if_it_turns(self.reach, 0.0) + STAGE_RTOL * (self.most - self.least)
+        faint = maximum(self.most, -self.least) + reach <= ROOT_RTOL * known_size(self.size)
         still = where(reach <= 0.0, no, where(faint, no, yes))
         return where(self.least > reach, no, where(self.most < -reach, no, still))
 
@@ -93,7 +93,7 @@ class Ends:
         if self.rates is None:
             return self.past.steady(self.change, no, yes) if self.smooth else yes
         (low, high), mean = self._rate_ends, self.after - self.before
-        few, many = mean * (1.0 / EVEN), mean * EVEN
+        few, many = mean * (1.0 / MONOTONE_RATIO), mean * MONOTONE_RATIO
         return where(low >= minimum(few, many), where(high <= maximum(few, many), no, yes), yes)
 
 
@@ -128,8 +128,8 @@ def matters(
     if condition is not None:
         reach, size = condition.if_it_turns(condition.reach, 0.0), known_size(known.size)
         as_told = replace(condition, before=known.settled(condition.before), after=known.settled(condition.after))
-        lasts = where(known.true > 0.0, condition.least + BAND * size, as_told.least)
-        begins = where(known.true > 0.0, as_told.most, condition.most - AT_ROOT * size)
+        lasts = where(known.true > 0.0, condition.least + HYSTERESIS_RTOL * size, as_told.least)
+        begins = where(known.true > 0.0, as_told.most, condition.most - ROOT_RTOL * size)
         found = _where(turned, 1.0, where(lasts > reach, 0.0, 1.0))
     if kind == INTEGRAL and gain is not None:
         found = where(gain == gain, _where(bent, 1.0, found), 1.0)

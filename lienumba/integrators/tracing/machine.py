@@ -140,7 +140,8 @@ def observe_events(
     name = "lienumba.integrators.drivers.events.states"
     routine = _DRIVERS.get(name, lambda: kept(name, "observe_events"))
     routine(
-        machine.kernels, machine.sizes, states, times, parameters, records, limit, tolerance, machine.buffer()
+        machine.kernels, machine.nodes, machine.sizes, states, times, parameters, records, limit, tolerance,
+        machine.buffer(),
     )  # fmt: skip
 
 

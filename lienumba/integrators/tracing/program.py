@@ -71,8 +71,8 @@ ALIKE = ("velocity", "schur", "observe", "position", "chord", "place", "read")
 class Outline:
     """What is known of a program beside its kernels, all of it plain data, which is kept on disk. `nodes`: c of all
     stages; `observed`: name -> (first row, rows); `queued`: whether lanes have their own times; `switches`: see
-    `switches_of`; `held`: the rows of a state in which held numbers are; `integrands`: see `Tracer`; `hoists`: the rows
-    of parameters on which hoisted ones depend."""
+    `switches_of`; `held`: the rows of a state in which held numbers are; `hoists`: the rows of parameters on which
+    hoisted ones depend."""
 
     sizes: Sizes
     augmented: AugmentedState
@@ -82,7 +82,6 @@ class Outline:
     queued: bool
     switches: tuple[Switch, ...]
     held: tuple[int, ...]
-    integrands: tuple[int, ...]
     hoists: tuple[int, ...]
 
 
@@ -161,5 +160,5 @@ def build(model: Model, method: Method, selection: RowSelection = UNIQUE, fixed:
     return Program(
         sizes, tracer.augmented,
         tracer.law_states, tuple(float(sum(row, Fraction(0))) for row in tracer.tableau.stages), observed,
-        method.queued, tracer.augmented.switches, tracer.held(), tracer.integrands, tuple(sorted(hoists)), kernels,
+        method.queued, tracer.augmented.switches, tracer.held(), tuple(sorted(hoists)), kernels,
     )  # fmt: skip

@@ -66,9 +66,7 @@ def events(tracer: Tracer) -> Kernel:
         if turns:
             accelerations = tracer.observed(model, posture, mask, expected)[0]
         given = not tracer.method.adaptive and (tracer.tableau.carries or not tracer.tableau.implicit)
-        step = graph.input("clock", layout.LENGTH) if given else 0.0
-        S = tracer.border(model, posture, mask, expected)[0] if turns and given else []
-        outputs += turning.conditions(model, posture.now, multipliers, accelerations or [], used, S, step)
+        outputs += turning.conditions(model, posture.now, multipliers, accelerations or [], used, not given)
         pushing = turning.pushing(model, posture.now, multipliers)
     else:
         outputs += [0.0] * (layout.CONDITIONS * len(tracer.augmented.switches))

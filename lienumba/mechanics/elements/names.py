@@ -1,14 +1,12 @@
 """What an element's keys ask for while they become a part of the model."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from lienumba.keys.types import COORDINATE_KINDS
+from lienumba.mechanics.mechanism.courses import Recorded, Recursion
 from lienumba.mechanics.mechanism.model import Code, Coordinate
 from lienumba.mechanics.mechanism.tables import Samples
-
-if TYPE_CHECKING:
-    from lienumba.mechanics.elements.noise import Recorded, Recursion
 
 
 class Names(Protocol):
@@ -57,5 +55,5 @@ class Names(Protocol):
         """The code of a law of the user's own; place: of the law in the scenario; reference: "arm.py:pd"; seen: what it
         gets, bodies before joints; parameters: their names."""
 
-    def samples(self, name: str, source: "Recursion | Recorded", every: float | None, held: bool) -> Samples:
+    def samples(self, name: str, source: Recursion | Recorded, every: float | None, held: bool) -> Samples:
         """The courses of a noise with these samples, every so many seconds; None: a single one."""

@@ -5,7 +5,6 @@ scaled such that its standard deviation is 1 once it is stationary; it begins th
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from math import pi
 from typing import Any, ClassVar, Literal
 
@@ -16,6 +15,7 @@ from lienumba.keys.types import NotNegative, Positive
 from lienumba.mechanics.elements.names import Names
 from lienumba.mechanics.elements.quantities import NOISES, VELOCITY, Observed, Part, evaluate
 from lienumba.mechanics.elements.quantities.base import QuantityType
+from lienumba.mechanics.mechanism.courses import Recorded, Recursion, Square
 from lienumba.mechanics.mechanism.kinematics import View
 from lienumba.mechanics.mechanism.model import Law, Model, Quantity
 from lienumba.numerics.expressions import Formula
@@ -28,28 +28,6 @@ TURN = 2.0 * pi
 SMALL = 1e-6  # a square below which two terms of a series are exact
 
 Keys = Mapping[str, Any]
-Square = tuple[tuple[Any, ...], ...]
-
-
-@dataclass(frozen=True)
-class Recursion:
-    """x[0] = start w[0], x[k + 1] = move x[k] + kick w[k + 1], of which out . x is told; w: normal numbers. Square
-    matrices, start and kick lower triangles; entries are floats, or arrays (runs,)."""
-
-    move: Square
-    kick: Square
-    start: Square
-    out: tuple[Any, ...]
-
-
-@dataclass(frozen=True)
-class Recorded:
-    """Samples of each run that stand in a file with this checksum: a variable (run, time) of so many samples."""
-
-    file: str
-    variable: str
-    samples: int
-    checksum: str | None
 
 
 class NoiseType(QuantityType):

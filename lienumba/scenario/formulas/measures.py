@@ -225,15 +225,24 @@ class _Parsing(ast.NodeTransformer):
         try:
             time = float(Formula(ast.unparse(node), frozenset())(0.0))
         except ExpressionError:
-            return ast.Compare(ast.Name(TIME), [ast.GtE()], [node])  # of parameters, which may vary
+            return self._from(node)  # of parameters, which may vary
         if not 0.0 <= time <= self.end:
             rule = f"asks for a value at {time!r} s, but runs go from 0 to {self.end!r} s"
             raise ExpressionError(rule, "give a time in between, or write final(...)")
-        return ast.Compare(ast.Name(TIME), [ast.GtE()], [node])
+        return self._from(node)
+
+    def _from(self, time: ast.expr) -> ast.expr:
+        """From a time on. Where values jump at that time, the value behind the jump counts, as in stored states, whose
+        time may be roundoff later; at the end of a run there is nothing behind."""
+        given = ast.unparse(time)
+        behind = f"({given}) + {JUMP_ROUNDOFF * self.end!r}"
+        text = f"{TIME} >= where({behind} > {self.end!r}, {given}, {behind})"
+        return ast.parse(text, mode="eval").body
 
 
 # ---------------------------------------------------------------- reducers
 CONDITION = "condition"
+JUMP_ROUNDOFF = 2.0**-39  # of a run: a time at which something jumps may be so much later by roundoff
 EXAMPLES = {  # of what reducers take
     "number": "pointing.angle", CONDITION: "pointing.angle > 0.1", "time or event": "0.5", "target": "0.2",
     "limit": "0.2",

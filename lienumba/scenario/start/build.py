@@ -21,9 +21,9 @@ from lienumba.mechanics.elements.inputs import written
 from lienumba.mechanics.elements.inputs.state import with_stops
 from lienumba.mechanics.elements.joints import JOINTS, JointType, Own
 from lienumba.mechanics.elements.locks import lockable, locks_of
-from lienumba.mechanics.elements.noise import Recorded, Recursion
 from lienumba.mechanics.elements.quantities import is_input
 from lienumba.mechanics.mechanism import model as m
+from lienumba.mechanics.mechanism.courses import Recorded, Recursion
 from lienumba.mechanics.mechanism.massless import is_massless
 from lienumba.mechanics.mechanism.model import GROUND, JointStart, Model, Pose, Start
 from lienumba.mechanics.mechanism.tables import Numbers, Samples

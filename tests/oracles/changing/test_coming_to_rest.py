@@ -9,8 +9,6 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import lienumba
-from lienumba.integrators.drivers.switching import modes
-from lienumba.mechanics.system.switched import whirls
 from tests.rigs import parts
 
 G = 9.81
@@ -128,11 +126,6 @@ def test_a_body_at_rest_does_not_keep_another_sliding() -> None:
     model = one | {"bodies": [puck, still], "contacts": [*one["contacts"], other]}
     found = ran(model, {"method": "rk4", "step": 2e-3}, 1.0)
     np.testing.assert_array_equal(found["mode"].values[0, -1], 1)
-
-
-def test_what_is_seen_to_stop_is_what_is_stopped() -> None:
-    """The condition in mechanics and the decision in drivers are of one bound, and of the same contacts."""
-    assert (whirls.WHIRLS, whirls.PAIR) == (modes.WHIRLS, modes.PAIR)
 
 
 @pytest.mark.usefixtures("vectors")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.integrators.drivers.events import search
+from lienumba.integrators.drivers.events import tolerances
 from lienumba.mechanics.system.switched import turning
 from tests.oracles.changing import scenarios
 from tests.rigs import parts
@@ -35,7 +35,7 @@ def resting(data: dict[str, Any], path: str, method: str) -> Any:
 
 
 def test_kernels_and_drivers_agree_on_what_touches() -> None:
-    assert turning.LEAVES == search.LEAVES
+    assert tolerances.SEPARATING_GAP_RTOL == turning.LEAVES
 
 
 @pytest.mark.parametrize("method", INTEGRATORS)

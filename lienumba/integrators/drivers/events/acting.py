@@ -5,8 +5,10 @@ from lienumba.compiler.lanes import Address, Lanes, Mask, choose, load, splat, s
 from lienumba.compiler.routines.marks import Integers2, apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
+from lienumba.integrators.drivers.events.tolerances import REVERSAL_RTOL, SIMULTANEOUS_RTOL
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue
 from lienumba.integrators.drivers.workspace import Plan, Rows
+from lienumba.integrators.hysteresis import HYSTERESIS_RTOL, ROOT_RTOL
 from lienumba.integrators.layout import (
     ACTION,
     ENGAGES,
@@ -28,12 +30,9 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
-from lienumba.integrators.truth import AT_ROOT, BAND
 from lienumba.numerics.operations import HOLDS, absolute, maximum
 
 PAST = float("-inf")  # the time of what came true, and does nothing
-TURNS = 2.0**-30  # of a time: what was made false so short before and comes true again was turned back
-AT_ONCE = 2.0**-46  # of a time, or of a step: what happens within this happens at one time
 
 
 @inlined
@@ -47,39 +46,42 @@ def _held(now: Lanes, was: Lanes, peak: Lanes, largest: Lanes, band: Lanes) -> L
     """What a condition is: true where it was, and has not fallen by more than this band of its largest size since;
     false where it was, and is above 0 by rounding alone."""
     stays = (was > 0.0) & (now <= 0.0) & (peak - now <= band * largest)
-    faint = (was <= 0.0) & (now > HOLDS) & (now <= AT_ROOT * largest)
+    faint = (was <= 0.0) & (now > HOLDS) & (now <= ROOT_RTOL * largest)
     return choose(stays, splat(HOLDS), choose(faint, splat(0.0), now))
 
 
 @apart
 def hold(sizes: Sizes, at: Workspace, values: Address) -> None:
-    """What conditions of events at the address `values` are where rounding is no change: true where they were true and
-    have not fallen by more than the `BAND` since then. A motor that is switched off when it turns, and falls to 0, has;
-    what is locked on its limit has not, and where it lies beside it is rounding, as is the speed of what rests."""
+    """Apply the hysteresis to the guard functions of events at the address `values`: one that was above 0 stays so
+    until it has fallen by `HYSTERESIS_RTOL`. A motor that is switched off when it turns has; a joint that is locked on
+    its limit has not, and on which side of that it lies is roundoff."""
     for n in range(sizes.events):
         now, was, peak = load(values, n), load(at.conditions, n), load(at.conditions, layout.peak_row(sizes) + n)
-        store(values, n, _held(now, was, peak, _largest(sizes, at, n, now), splat(BAND)))
+        store(values, n, _held(now, was, peak, _largest(sizes, at, n, now), splat(HYSTERESIS_RTOL)))
 
 
 @apart
 def hold_before(sizes: Sizes, at: Workspace, plan: Plan, values: Address, lanes: Mask) -> None:
-    """The same directly before a change in these lanes. What comes true with it may be what makes others false: what
-    has fallen to 0 by then is false, and of what sets numbers what is below 0 by more than rounding. Where what comes
-    true was made false just before, changes turn each other back, and of these whatever is 0 is false: of a relay,
-    `s < 0` and `s > 0`, none would be sought again else. What is locked on its limit turns nothing back."""
+    """Apply the hysteresis directly before a change in these lanes.
+
+    The event that causes the change may be what makes others false: those that have fallen to 0 by then are false, and
+    those that set numbers where they are below 0 by more than roundoff. Where an event comes true that was made false
+    just before, changes reverse each other, and of these all that are 0 are false: of a relay (`s < 0`, `s > 0`) none
+    would be located again else. A joint that is locked on its limit reverses nothing.
+    """
     t, times, again = load(at.lanes, T), 2 * layout.conditions(sizes), splat(0.0)
     lapsed = layout.peak_row(sizes) + layout.LAPSED * sizes.events
     for n in range(sizes.events):
-        back = (load(at.conditions, times + n) == t) & (t - load(at.conditions, lapsed + n) <= TURNS * t)
+        back = (load(at.conditions, times + n) == t) & (t - load(at.conditions, lapsed + n) <= REVERSAL_RTOL * t)
         again = choose(back, splat(1.0), again)
     for n in range(sizes.events):
         now, was, peak = load(values, n), load(at.conditions, n), load(at.conditions, layout.peak_row(sizes) + n)
         largest = _largest(sizes, at, n, now)
-        ends, band = was > BAND * largest, splat(BAND)
+        ends, band = was > HYSTERESIS_RTOL * largest, splat(HYSTERESIS_RTOL)
         if plan.acts[n, ACTION] == SETS:
             turned = again != 0.0
-            ends, band = turned | (peak > BAND * largest), choose(turned, splat(0.0), splat(0.5 * AT_ROOT))
-        falls = (was > 0.0) & (now > 0.0) & (now <= AT_ROOT * largest) & ends
+            ends, band = turned | (peak > HYSTERESIS_RTOL * largest), choose(turned, splat(0.0), splat(0.5 * ROOT_RTOL))
+        falls = (was > 0.0) & (now > 0.0) & (now <= ROOT_RTOL * largest) & ends
         held = choose(falls, splat(0.0), _held(now, was, peak, largest, band))
         store(values, n, held)
         last = load(at.conditions, lapsed + n)
@@ -88,7 +90,7 @@ def hold_before(sizes: Sizes, at: Workspace, plan: Plan, values: Address, lanes:
 
 @apart
 def follow(sizes: Sizes, at: Workspace, values: Address, rates: Address, lanes: Mask) -> None:
-    """In these lanes conditions of events go on from what is at the address `values`, by these rates."""
+    """Take the guard functions of events at the address `values`, and their rates, as those of now in these lanes."""
     peaks = at.conditions + ROW * layout.peak_row(sizes)
     for n in range(sizes.events):
         now, was = load(values, n), load(at.conditions, n)
@@ -110,14 +112,14 @@ def rescale(sizes: Sizes, at: Workspace, plan: Plan, values: Address, lanes: Mas
     for n in range(sizes.events):
         now, extent = load(values, n), load(peaks, layout.EXTENT * sizes.events + n)
         written = splat(float(plan.acts[n, WRITTEN])) != 0.0
-        jumps = lanes & written & (absolute(now - load(at.conditions, n)) > BAND * extent)
+        jumps = lanes & written & (absolute(now - load(at.conditions, n)) > HYSTERESIS_RTOL * extent)
         store(peaks, n, choose(jumps, now, load(peaks, n)))
         store(peaks, layout.EXTENT * sizes.events + n, choose(jumps, absolute(now), extent))
 
 
 @inlined
 def follow_one(sizes: Sizes, first: Workspace, rows: Rows, lane: int, event: int, now: float) -> None:
-    """The same of one event of one lane, whose rate is behind what has followed."""
+    """`follow` for one event of one lane, whose rate is in `following`."""
     peak = first.conditions + layout.peak_row(sizes) + event
     was = rows[first.conditions + event, lane]
     rows[peak, lane] = max(rows[peak, lane], now) if was > 0.0 else now
@@ -238,7 +240,7 @@ def sift(
                 earliest = min(earliest, time)
         if earliest == NEVER:
             return
-        rounding = AT_ONCE * max(length, earliest)
+        rounding = SIMULTANEOUS_RTOL * max(length, earliest)
         ends = max(stop - earliest, earliest - stop) <= rounding
         for event in range(sizes.events):
             time = rows[times + event, lane]
@@ -260,9 +262,9 @@ def gather(sizes: Sizes, first: Workspace, rows: Rows, lane: int, leaves: float,
         time, end = rows[first.conditions + 2 * count + event, lane], rows[first.conditions + count + event, lane]
         if leaves < time < NEVER:
             largest = rows[first.conditions + layout.peak_row(sizes) + layout.EXTENT * sizes.events + event, lane]
-            rest = AT_ROOT * largest * (rows[first.lanes + UNTIL, lane] - time)
+            rest = ROOT_RTOL * largest * (rows[first.lanes + UNTIL, lane] - time)
             lacks = end > 0.0 and (time - leaves) * end <= rest  # else it has come and gone
-            if lacks or time - leaves <= AT_ONCE * max(length, leaves):
+            if lacks or time - leaves <= SIMULTANEOUS_RTOL * max(length, leaves):
                 rows[first.conditions + 2 * count + event, lane] = leaves
 
 

@@ -1,52 +1,67 @@
-"""Events: which conditions have become true in the open step, and what that means for it."""
-
-import numpy as np
+"""Events of the current step: which guard functions cross zero, when the step is left, and what that means for it."""
 
 from lienumba.compiler.lanes import Lanes, Mask, any_lane, call, choose, load, splat, store
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import certificates, stages
+from lienumba.integrators.drivers.dense_output import between
 from lienumba.integrators.drivers.events.acting import PAST, follow, gather, hold, if_it_acts, pass_over, sift
-from lienumba.integrators.drivers.events.loads import loaded, seek_loads
-from lienumba.integrators.drivers.events.search import EDGE, LATER, LEAVES, SOUGHT, TOUCH, search
-from lienumba.integrators.drivers.events.turns import SLIGHT, doubt_rates, go_on, keep_rates, rises_here, seek_turns
-from lienumba.integrators.drivers.events.waves import count_more, see_peaks, seek_first
+from lienumba.integrators.drivers.events.guards import (
+    contact_of,
+    drop_jumping_rates,
+    end_value,
+    evaluate,
+    go_on,
+    kind_of,
+    may_cross,
+    opens,
+    rises_at_end,
+    store_end_rates,
+    time_row,
+)
+from lienumba.integrators.drivers.events.locate import CROSSES, POSSIBLE, count_repeats, ends_step, locate
+from lienumba.integrators.drivers.events.tolerances import (
+    CLOSED_GAP_RTOL,
+    CONTACT_ROUNDOFF,
+    CUT_BEHIND,
+    EXACT_EDGE,
+    NEXT_TIME,
+    SEPARATING_GAP_RTOL,
+    SHORTEST_CARRIED,
+    SHORTEST_RETRIED,
+)
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue, keep_state
 from lienumba.integrators.drivers.switching.reactions import STILL
-from lienumba.integrators.drivers.workspace import Plan, Rows
+from lienumba.integrators.drivers.workspace import Context, Rows
 from lienumba.integrators.layout import (
     ACTION,
     BEGINS,
     BILATERAL,
     CHANGED,
-    CLEAR,
     CUT,
     FRESH,
     FRICTION,
     JUMP,
-    NEAR,
+    LENGTH,
+    NEAR_END,
     OFF,
     OPENS,
     PICKED,
     RECORDS,
     REJECTED,
+    RESOLVED,
     SETS,
     SLIDES,
     STATUS,
     STICK,
     SWITCH_FIRST,
-    SWITCH_KIND,
     UNTIL,
     T,
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
-from lienumba.numerics.operations import HOLDS, absolute, minimum
-
-SOON = 2.0**-14  # of a run: in a step that is longer nothing is carried along unnoticed
-FINEST = 2.0**-30  # of a run: a shorter step in which friction pushes is not tried again
-BEHIND = 1.0 + 2.0**-49  # of a time: later by rounding
+from lienumba.numerics.operations import HOLDS, absolute, maximum, minimum
 
 
 @apart
@@ -62,26 +77,27 @@ def note(sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Que
 
 
 @inlined
-def _leaves(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -> tuple[float, float]:
+def _leaves(context: Context, lane: int) -> tuple[float, float]:
     """When an event stops the run of a lane, and when the mechanism changes; infinite if never."""
-    times, stop, change = first.conditions + 2 * layout.conditions(sizes), NEVER, NEVER
-    for event in range(sizes.events):
-        if plan.stops[event] != 0:
-            stop = min(stop, rows[times + event, lane])
-        elif plan.acts[event, ACTION] != RECORDS and rows[times + event, lane] != PAST:
-            change = min(change, rows[times + event, lane])
-    for condition in range(sizes.events, layout.conditions(sizes)):
-        change = min(change, rows[times + condition, lane])
+    stop, change, plan = NEVER, NEVER, context.plan
+    for n in range(layout.conditions(context.sizes)):
+        time = context.rows[context.first.conditions + time_row(context, n), lane]
+        if n >= context.sizes.events:
+            change = min(change, time)
+        elif plan.stops[n] != 0:
+            stop = min(stop, time)
+        elif plan.acts[n, ACTION] != RECORDS and time != PAST:
+            change = min(change, time)
     return stop, change
 
 
 @apart
-def _look_at_start(kernels: np.ndarray, sizes: Sizes, at: Workspace, fresh: Mask) -> None:
-    """The conditions of runs that begin, none of which has come true yet."""
-    count = layout.conditions(sizes)
-    store(at.lanes, CLEAR, choose(fresh, 0.0, load(at.lanes, CLEAR)))
+def _evaluate_start(context: Context, fresh: Mask) -> None:
+    """Evaluate guard functions where runs begin; none of them has crossed zero yet."""
+    at, sizes, count = context.at, context.sizes, layout.conditions(context.sizes)
+    store(at.lanes, RESOLVED, choose(fresh, 0.0, load(at.lanes, RESOLVED)))
     store(at.clock, layout.TIME, splat(0.0))
-    call(kernels[layout.EVENTS], at.state, at.parameters, at.clock, 0, at.following, at.work)
+    call(context.kernels[layout.EVENTS], at.state, at.parameters, at.clock, 0, at.following, at.work)
     for row in range(layout.peak_row(sizes), layout.rise_row(sizes)):
         store(at.conditions, row, choose(fresh, 0.0, load(at.conditions, row)))
     lapsed = layout.peak_row(sizes) + layout.LAPSED * sizes.events
@@ -91,39 +107,38 @@ def _look_at_start(kernels: np.ndarray, sizes: Sizes, at: Workspace, fresh: Mask
         store(at.conditions, row, choose(fresh, splat(NEVER), load(at.conditions, row)))
     follow(sizes, at, at.following, at.following + ROW * layout.rate_row(sizes), fresh)
     stages.commit(fresh, at.conditions, at.following, count)
-    for n in range(2 * count, 3 * count):
-        store(at.conditions, n, choose(fresh, splat(NEVER), load(at.conditions, n)))
+    for n in range(count):
+        row = time_row(context, n)
+        store(at.conditions, row, choose(fresh, splat(NEVER), load(at.conditions, row)))
 
 
 @apart
-def start_switches(kernels: np.ndarray, sizes: Sizes, at: Workspace) -> None:
-    """With switches runs begin with a change: it says what touches, before any event is looked at."""
-    fresh = load(at.lanes, FRESH) != 0.0
-    _look_at_start(kernels, sizes, at, fresh)
-    store(at.lanes, STATUS, choose(fresh, 0.0, load(at.lanes, STATUS)))
-    store(at.lanes, CHANGED, choose(fresh, splat(1.0), 0.0))
-    store(at.lanes, FRESH, choose(fresh, splat(BEGINS), 0.0))
+def start_switches(context: Context) -> None:
+    """With contacts runs begin with a change: it says which are closed, before any event is looked at."""
+    lanes = context.at.lanes
+    fresh = load(lanes, FRESH) != 0.0
+    _evaluate_start(context, fresh)
+    store(lanes, STATUS, choose(fresh, 0.0, load(lanes, STATUS)))
+    store(lanes, CHANGED, choose(fresh, splat(1.0), 0.0))
+    store(lanes, FRESH, choose(fresh, splat(BEGINS), 0.0))
 
 
 @apart
-def start_events(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
-    plan: Plan,
-) -> None:  # fmt: skip
-    """The events of runs that begin: a condition that is true at once is one at the start."""
-    count = layout.conditions(sizes)
-    _look_at_start(kernels, sizes, at, load(at.lanes, FRESH) != 0.0)
+def start_events(context: Context, runs: ChunkRuns, queue: Queue) -> None:
+    """The events of runs that begin: a condition that holds at once is an event at the start."""
+    sizes, at, first, rows, plan = context.sizes, context.at, context.first, context.rows, context.plan
+    _evaluate_start(context, load(at.lanes, FRESH) != 0.0)
     store(at.lanes, CHANGED, splat(0.0))
     for lane in range(W):
         failed = sizes.switches > 0 and rows[first.lanes + STATUS, lane] != 0.0
         if rows[first.lanes + FRESH, lane] != 0.0 and not failed:
-            for condition in range(sizes.events):
-                if rows[first.conditions + condition, lane] > 0.0:
-                    rows[first.conditions + 2 * count + condition, lane] = 0.0
-                    keep_state(first, rows, runs, queue, lane, condition, first.state)
+            for event in range(sizes.events):
+                if rows[first.conditions + event, lane] > 0.0:
+                    rows[first.conditions + time_row(context, event), lane] = 0.0
+                    keep_state(rows, runs, queue, lane, event, first.state)
             sift(sizes, first, rows, runs, queue, plan, lane, 0.0)
             pass_over(sizes, first, rows, lane)
-            stop, change = _leaves(sizes, first, rows, plan, lane)
+            stop, change = _leaves(context, lane)
             note(sizes, first, rows, runs, queue, lane, 0.0)
             rows[first.lanes + STATUS, lane] = codes.STOPPED if stop < NEVER else 0.0
             rows[first.lanes + CHANGED, lane] = 1.0 if stop == NEVER and change < NEVER else 0.0
@@ -131,182 +146,226 @@ def start_events(
 
 
 @inlined
-def _carried(sizes: Sizes, at: Workspace, plan: Plan, condition: int) -> Mask:
-    """In which lanes a condition of a switch is how fast others move what sticks in a joint that they hold: the motion
-    goes on as it is, and between the ends of a step there is no more than the error of its extension to be seen."""
-    switch = condition // layout.CONDITIONS
-    on, mask = layout.on_row(sizes) + switch, layout.mask_row(sizes) + plan.switches[switch, SWITCH_FIRST]
-    dry = plan.switches[switch, SWITCH_KIND] == FRICTION and condition % layout.CONDITIONS == SLIDES
-    return (splat(1.0 if dry else 0.0) != 0.0) & (load(at.new, on) == STICK) & (load(at.new, mask) == 0.0)
+def _is_carried(context: Context, n: int) -> Mask:
+    """In which lanes the nth guard function is how fast others move a joint that sticks, and that they hold: between
+    the ends of a step it shows no more than the error of the continuous extension."""
+    contact = contact_of(context, n)
+    mode = load(context.at.new, layout.on_row(context.sizes) + contact)
+    used = load(context.at.new, layout.mask_row(context.sizes) + context.plan.switches[contact, SWITCH_FIRST])
+    dry = kind_of(context, n) == FRICTION and not opens(context, n)
+    return (splat(1.0 if dry else 0.0) != 0.0) & (mode == STICK) & (used == 0.0)
 
 
 @inlined
-def _carries(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -> bool:
-    """Whether at the end of the open step others move what sticks in a joint that they hold."""
-    times, some = first.conditions + 2 * layout.conditions(sizes) + sizes.events + SLIDES, False
-    for s in range(sizes.switches):
-        mask = first.new + layout.mask_row(sizes) + plan.switches[s, SWITCH_FIRST]
-        held = rows[first.new + layout.on_row(sizes) + s, lane] == STICK and rows[mask, lane] == 0.0
-        found = rows[times + layout.CONDITIONS * s, lane] < NEVER
-        some = some or (found and held and plan.switches[s, SWITCH_KIND] == FRICTION)
+def _carries(context: Context, lane: int) -> bool:
+    """Whether at the end of the step others move a joint that sticks, and that they hold."""
+    sizes, first, some = context.sizes, context.first, False
+    for n in range(sizes.events, layout.conditions(sizes)):
+        if kind_of(context, n) == FRICTION and not opens(context, n):
+            contact = contact_of(context, n)
+            mask = first.new + layout.mask_row(sizes) + context.plan.switches[contact, SWITCH_FIRST]
+            held = (
+                context.rows[first.new + layout.on_row(sizes) + contact, lane] == STICK
+                and context.rows[mask, lane] == 0.0
+            )
+            some = some or (held and context.rows[first.conditions + time_row(context, n), lane] < NEVER)
     return some
 
 
 @inlined
-def _noise(sizes: Sizes, at: Workspace, plan: Plan, force: Lanes, condition: int) -> Lanes:
-    """What a condition of a switch may be by rounding at the end of the open step, in its own unit: a force, a rate, or
-    a part of a length; force: that of what is closed (N). An open gap may be further below 0 where what it lies between
-    comes apart, or rests: it has been hit already."""
-    switch, rates = condition // layout.CONDITIONS, layout.conditions(sizes) + sizes.events + SLIDES - OPENS
-    mode, speed = load(at.new, layout.on_row(sizes) + switch), load(at.change, layout.change_speeds(sizes) + switch)
-    if condition % layout.CONDITIONS == SLIDES:
-        slow = choose(mode == STICK, force, SLIGHT * speed)
-        return choose(_carried(sizes, at, plan, condition), SLIGHT * speed, slow)
-    rate = load(at.conditions, rates + condition)
-    least = choose(rate > STILL * speed, splat(LEAVES), choose(rate >= -STILL * speed, splat(TOUCH), splat(SLIGHT)))
+def _roundoff(context: Context, n: int, force: Lanes) -> Lanes:
+    """What the nth guard function, of a contact, may be by roundoff at the end of the step, in its own unit: a force, a
+    rate, or a part of a length; force: that of the closed contacts (N). An open gap may be below 0 by more where the
+    bodies separate, or rest: it has been hit already."""
+    contact = contact_of(context, n)
+    mode = load(context.at.new, layout.on_row(context.sizes) + contact)
+    speed = load(context.at.change, layout.change_speeds(context.sizes) + contact)
+    if not opens(context, n):
+        return choose(
+            (mode == STICK) & (choose(_is_carried(context, n), 1.0, 0.0) == 0.0), force, CONTACT_ROUNDOFF * speed
+        )
+    rate = end_value(context, n + SLIDES - OPENS)
+    rests = choose(rate >= -STILL * speed, splat(CLOSED_GAP_RTOL), splat(CONTACT_ROUNDOFF))
+    least = choose(rate > STILL * speed, splat(SEPARATING_GAP_RTOL), rests)
     return choose(mode != OFF, force, least)
 
 
+@inlined
+def _largest_force(context: Context) -> Lanes:
+    """The largest force of closed contacts (N) at the end of the step."""
+    largest = splat(0.0)
+    for s in range(context.sizes.switches):
+        force = absolute(end_value(context, context.sizes.events + layout.CONDITIONS * s + OPENS))
+        closed = load(context.at.new, layout.on_row(context.sizes) + s) != OFF
+        largest = choose(closed & (force > largest), force, largest)
+    return largest
+
+
 @apart
-def _see(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue,
-    plan: Plan, end: float, good: Mask,
-) -> Lanes:  # fmt: skip
-    """The conditions at the end of the open step, and of each whether its time is SOUGHT, is that of the end or is
-    NEVER, in the lanes `good`. What becomes true as the time passes the end of a step that ends on a discontinuity is
-    true at the end. Returns the status of lanes in which there something does what it cannot; 0 elsewhere."""
-    count = layout.conditions(sizes)
-    new, times = at.conditions + ROW * count, at.conditions + ROW * 2 * count
-    until, noise = load(at.lanes, UNTIL), splat(0.0)
+def _evaluate_end(context: Context, runs: ChunkRuns, queue: Queue, end: float, good: Mask) -> Lanes:
+    """Evaluate guard functions at the end of the step, and mark in the lanes `good` which of them crosses zero, or may.
+
+    Their times become CROSSES, POSSIBLE, the end of the step or infinity. What becomes true as the time passes the end
+    of a step that ends on a discontinuity crosses at the end. Returns the status of lanes in which the contact laws are
+    violated at the end, 0 elsewhere.
+    """
+    at, sizes, count = context.at, context.sizes, layout.conditions(context.sizes)
+    new, until = at.conditions + ROW * count, load(at.lanes, UNTIL)
     store(at.clock, layout.TIME, until)
-    call(kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, new, at.work)
-    keep_rates(sizes, at, new)
-    fails = certificates.judge(sizes, at, plan)  # before times of conditions take the place of these rows
+    call(context.kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, new, at.work)
+    store_end_rates(context, new)
+    fails = certificates.judge(sizes, at, context.plan)  # before times take the place of these rows
     hold(sizes, at, new)
     jumps = good & (until == load(at.lanes, JUMP)) & (until < end)
     if any_lane(jumps):
-        store(at.clock, layout.TIME, until * BEHIND)
-        call(kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, at.following, at.work)
-        doubt_rates(sizes, at, new, jumps)
-    for s in range(sizes.switches):
-        force = SLIGHT * absolute(load(new, sizes.events + layout.CONDITIONS * s + OPENS))
-        closed = load(at.new, layout.on_row(sizes) + s) != OFF
-        noise = choose(closed & (force > noise), force, noise)
+        store(at.clock, layout.TIME, until * NEXT_TIME)
+        call(context.kernels[layout.EVENTS], at.new, at.parameters, at.clock, 0, at.following, at.work)
+        drop_jumping_rates(context, new, jumps)
+    store(at.clock, layout.TIME, load(at.lanes, T))
+    roundoff = CONTACT_ROUNDOFF * _largest_force(context)
     for n in range(count):
-        if n >= sizes.events and plan.switches[(n - sizes.events) // layout.CONDITIONS, SWITCH_KIND] == BILATERAL:
-            store(times, n, splat(NEVER))
-            continue
-        if n >= sizes.events:  # what is noise now is not true, whatever is noise at the end of the next step
-            least = _noise(sizes, at, plan, noise, n - sizes.events)
-            store(new, n, choose(load(new, n) > least, load(new, n), minimum(load(new, n), splat(0.0))))
-        turned = good & (load(new, n) > 0.0) & (choose(load(at.conditions, n) > 0.0, 1.0, 0.0) == 0.0)
-        time = choose(turned, splat(SOUGHT), splat(NEVER))
+        value, before = load(new, n), load(at.conditions, n)
+        if n >= sizes.events:  # roundoff now is not a crossing, whatever is roundoff at the end of the next step
+            value = choose(value > _roundoff(context, n, roundoff), value, minimum(value, splat(0.0)))
+        crosses = good & (value > 0.0) & (choose(before > 0.0, 1.0, 0.0) == 0.0)
+        time = choose(crosses, splat(CROSSES), splat(NEVER))
         if n >= sizes.events:
-            time = choose(turned & _carried(sizes, at, plan, n - sizes.events), until, time)
-        if n < sizes.events and any_lane(jumps):
+            mode = load(at.new, layout.on_row(sizes) + contact_of(context, n))
+            bilateral = kind_of(context, n) == BILATERAL
+            rate = splat(1.0 if bilateral or not (opens(context, n) or kind_of(context, n) == FRICTION) else 0.0) != 0.0
+            time = choose(rate & ((mode == OFF) | (splat(1.0 if bilateral else 0.0) != 0.0)), splat(NEVER), time)
+            time = choose(crosses & _is_carried(context, n), until, time)
+        elif any_lane(jumps):
             behind = load(at.following, n)
-            passed = jumps & (load(new, n) <= 0.0) & (load(at.conditions, n) <= 0.0)
-            passed = passed & ((behind > 0.0) | rises_here(sizes, at, n))
+            passed = jumps & (value <= 0.0) & (before <= 0.0) & ((behind > 0.0) | rises_at_end(context, n))
             time = choose(passed, until, time)
-            store(new, n, choose(passed, choose(behind > 0.0, behind, splat(HOLDS)), load(new, n)))
-        store(times, n, time)
+            value = choose(passed, choose(behind > 0.0, behind, splat(HOLDS)), value)
+        store(new, n, value)
+        store(at.conditions, time_row(context, n), time)
         if n < runs.event_states.shape[1] and any_lane(time == until):
             store(at.lanes, PICKED, choose(time == until, splat(1.0), splat(0.0)))
             for lane in range(W):
-                if rows[first.lanes + PICKED, lane] != 0.0:
-                    keep_state(first, rows, runs, queue, lane, n, first.new)
+                if context.rows[context.first.lanes + PICKED, lane] != 0.0:
+                    keep_state(context.rows, runs, queue, lane, n, context.first.new)
+    for n in range(count):  # all end values are known now
+        row = time_row(context, n)
+        time = load(at.conditions, row)
+        possible = good & ((time == NEVER) | (time == CROSSES)) & (may_cross(context, n) > 0.0)
+        store(at.conditions, row, choose(possible, splat(POSSIBLE), time))
     for n in range(sizes.events):
-        if plan.acts[n, ACTION] != RECORDS and any_lane(load(times, n) < NEVER):
-            if_it_acts(sizes, first, rows, runs, queue, plan, n)
+        if context.plan.acts[n, ACTION] != RECORDS and any_lane(load(at.conditions, time_row(context, n)) < NEVER):
+            if_it_acts(sizes, context.first, context.rows, runs, queue, context.plan, n)
     return fails
 
 
 @apart
-def find_events(
-    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, runs: ChunkRuns,
-    queue: Queue, plan: Plan, end: float, good: Mask, t: Lanes, length: Lanes,
-) -> Lanes:  # fmt: skip
-    """What happens within the step in the lanes `good`; returns the time at which it is left, because an event stops
-    the run or the mechanism changes (CHANGED), infinite where neither does, and the end of the step at least. Where a
-    step is to be tried again, to end directly behind a change, or halfway where friction pushes at its end, the time of
-    that is its CUT, and -1 is returned."""
-    count, happened, sought, leaving = layout.conditions(sizes), splat(0.0), splat(0.0), splat(0.0)
-    times = at.conditions + ROW * 2 * count
+def find_events(context: Context, runs: ChunkRuns, queue: Queue, end: float, good: Mask) -> Lanes:
+    """Find out what happens within the step in the lanes `good`.
+
+    Returns the time (s) at which the step is left, because an event stops the run or the mechanism changes (CHANGED);
+    infinity where neither does. A step is tried again, and -1 is returned, to end directly behind a change (there the
+    result is as exact as the method, and inside it only as exact as the continuous extension), or halfway where
+    friction gains energy at its end, or a joint that sticks has been moved by others: the time of that is its CUT.
+    """
+    at, first, rows, count = context.at, context.first, context.rows, layout.conditions(context.sizes)
+    t, length, happens, leaves_step = load(at.lanes, T), load(at.clock, LENGTH), splat(0.0), splat(0.0)
     store(at.lanes, CHANGED, splat(0.0))
-    store(at.lanes, NEAR, splat(0.0))
-    fails = _see(kernels, sizes, at, first, rows, runs, queue, plan, end, good)
+    store(at.lanes, NEAR_END, splat(0.0))
+    fails, asked = _evaluate_end(context, runs, queue, end, good), splat(0.0)
     for n in range(count):
-        sought = choose(load(times, n) == SOUGHT, splat(1.0), sought)
-    store(at.clock, layout.TIME, t)
-    if any_lane(sought != 0.0):
-        search(kernels, sizes, nodes, at, first, rows, runs, queue, plan, sought != 0.0, t, length)
-    walked = loaded(sizes, at, plan, good, length)
-    if any_lane(walked > 0.0):
-        seek_loads(kernels, sizes, nodes, at, first, rows, runs, queue, plan, end, walked > 0.0, t, length)
-    seek_turns(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good, walked, t, length)
-    seek_first(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good, t, length)
+        asked = choose(load(at.conditions, time_row(context, n)) < 0.0, splat(1.0), asked)
+    if any_lane(asked != 0.0):
+        locate(context, runs, queue, end, asked != 0.0)
     for n in range(count):
-        happened = choose(load(times, n) < NEVER, splat(1.0), happened)
-        if n >= sizes.events or plan.stops[n] != 0 or plan.acts[n, ACTION] != RECORDS:
-            leaving = choose(load(times, n) < NEVER, splat(1.0), leaving)
-    chosen = kernels[layout.CLOSE] != 0 or kernels[layout.EXPAND] != 0  # the length of the step
-    again = good & (leaving == 0.0) & (fails == splat(codes.PUSHED)) & (length > (FINEST * end if chosen else NEVER))
-    happened = choose(again, splat(0.0), happened)
-    store(at.lanes, CUT, choose(again, t + 0.5 * length, load(at.lanes, CUT)))
-    store(at.lanes, REJECTED, load(at.lanes, REJECTED) + choose(again, splat(1.0), 0.0))
-    store(at.clock, layout.TIME, t)
-    store(at.lanes, PICKED, happened)
-    exact = kernels[layout.EXPAND] != 0
+        happens = choose(load(at.conditions, time_row(context, n)) < NEVER, splat(1.0), happens)
+        if ends_step(context, n):
+            leaves_step = choose(load(at.conditions, time_row(context, n)) < NEVER, splat(1.0), leaves_step)
+    chosen = context.kernels[layout.CLOSE] != 0 or context.kernels[layout.EXPAND] != 0  # the length of the step
+    halved = good & (leaves_step == 0.0) & (fails == splat(codes.PUSHED))
+    halved = halved & (length > (SHORTEST_RETRIED * end if chosen else NEVER))
+    store(at.lanes, CUT, choose(halved, t + 0.5 * length, load(at.lanes, CUT)))
+    store(at.lanes, REJECTED, load(at.lanes, REJECTED) + choose(halved, splat(1.0), 0.0))
+    store(at.lanes, PICKED, choose(halved, splat(0.0), happens))
     for lane in range(W):
         leaves = NEVER
         if rows[first.lanes + PICKED, lane] != 0.0:
-            step = rows[first.clock + layout.LENGTH, lane]
-            for condition in range(sizes.events, count):
-                gather(sizes, first, rows, lane, rows[first.conditions + 2 * count + condition, lane], step)
-            sift(sizes, first, rows, runs, queue, plan, lane, step)
-            stop, change = _leaves(sizes, first, rows, plan, lane)
-            part = (change - rows[first.clock + layout.TIME, lane]) / step
-            inside = not exact and EDGE < part < 1.0 - EDGE
-            if change - (LATER * step if inside else 0.0) >= stop:
-                change, inside = NEVER, False
-            leaves = min(stop, change)
-            if inside:
-                rows[first.lanes + CUT, lane], leaves = change + LATER * step, -1.0
-            elif (
-                step > SOON * end
-                and leaves == rows[first.lanes + UNTIL, lane]
-                and _carries(sizes, first, rows, plan, lane)
-            ):
-                rows[first.lanes + CUT, lane], leaves = leaves - 0.5 * step, -1.0
-            else:
-                pass_over(sizes, first, rows, lane)
-                gather(sizes, first, rows, lane, leaves, step)
-                note(sizes, first, rows, runs, queue, lane, leaves)
-                rows[first.lanes + CHANGED, lane] = 1.0 if change < NEVER else 0.0
+            leaves = _leave_step(context, runs, queue, end, lane)
         rows[first.lanes + PICKED, lane] = leaves
-    left = choose(again, splat(-1.0), load(at.lanes, PICKED))
-    count_more(kernels, sizes, nodes, at, first, rows, runs, queue, plan, good & (left >= 0.0), t, length, left)
-    changes, sets = good & (left >= 0.0) & (load(at.lanes, CHANGED) != 0.0), False
-    for n in range(sizes.events):
-        sets = sets or plan.acts[n, ACTION] == SETS
-    if sets and any_lane(changes):  # of what is locked conditions are 0 by that
-        see_peaks(kernels, sizes, nodes, at, changes, t, length, left)
-    going, new = good & (left >= 0.0), at.conditions + ROW * count
+    left = choose(halved, splat(-1.0), load(at.lanes, PICKED))
+    going = good & (left >= 0.0)
+    count_repeats(context, runs, queue, end, going, minimum(left, load(at.lanes, UNTIL)))
+    _store_peaks(context, going & (load(at.lanes, CHANGED) != 0.0), left)
     going = going & (load(at.lanes, CHANGED) == 0.0)
     store(at.lanes, STATUS, choose(going & (fails != 0.0), fails, load(at.lanes, STATUS)))
-    go_on(sizes, at, new, going)
+    go_on(context, going)
     return left
 
 
+@apart
+def _leave_step(context: Context, runs: ChunkRuns, queue: Queue, end: float, lane: int) -> float:
+    """The time at which a lane leaves the step in which something happens, see `find_events`; note its events, or set
+    its CUT."""
+    sizes, first, rows, leaves = context.sizes, context.first, context.rows, -1.0
+    t, step = rows[first.lanes + T, lane], rows[first.clock + LENGTH, lane]
+    for n in range(sizes.events, layout.conditions(sizes)):
+        gather(sizes, first, rows, lane, rows[first.conditions + time_row(context, n), lane], step)
+    sift(sizes, first, rows, runs, queue, context.plan, lane, step)
+    stop, change = _leaves(context, lane)
+    inside = context.kernels[layout.EXPAND] == 0 and EXACT_EDGE < (change - t) / step < 1.0 - EXACT_EDGE
+    if change - (CUT_BEHIND * step if inside else 0.0) >= stop:
+        change, inside = NEVER, False
+    at_end = min(stop, change) == rows[first.lanes + UNTIL, lane]
+    if inside:
+        rows[first.lanes + CUT, lane] = change + CUT_BEHIND * step
+    elif step > SHORTEST_CARRIED * end and at_end and _carries(context, lane):
+        rows[first.lanes + CUT, lane] = min(stop, change) - 0.5 * step
+    else:
+        leaves = min(stop, change)
+        pass_over(sizes, first, rows, lane)
+        gather(sizes, first, rows, lane, leaves, step)
+        note(sizes, first, rows, runs, queue, lane, leaves)
+        rows[first.lanes + CHANGED, lane] = 1.0 if change < NEVER else 0.0
+    return leaves
+
+
+@apart
+def _store_peaks(context: Context, lanes: Mask, left: Lanes) -> None:
+    """The most that guard functions of events have been also halfway to where the step is left in these lanes, where
+    events set numbers. Of what is locked they are 0 at the end of that."""
+    sets = False
+    for n in range(context.sizes.events):
+        sets = sets or context.plan.acts[n, ACTION] == SETS
+    if not (sets and any_lane(lanes)):
+        return
+    t, length = load(context.at.lanes, T), load(context.at.clock, LENGTH)
+    stages.extend(context)
+    evaluate(context, choose(lanes, 0.5 * (left - t) / length, 0.5))
+    for n in range(context.sizes.events):
+        row = layout.peak_row(context.sizes) + n
+        most = load(context.at.conditions, row)
+        store(context.at.conditions, row, choose(lanes, maximum(most, load(context.at.following, n)), most))
+    store(context.at.clock, layout.TIME, t)
+
+
 @inlined
-def leave(sizes: Sizes, at: Workspace, left: Lanes, good: Mask) -> None:
+def leave(context: Context, left: Lanes, good: Mask) -> None:
     """Runs that leave their step, in the state that is in `now` where that is within it; those that an event has
     stopped end there."""
+    at = context.at
     leaves = good & (left < NEVER)
-    stages.commit(leaves & (left < load(at.lanes, UNTIL)), at.state, at.now, layout.state_rows(sizes))
+    stages.commit(leaves & (left < load(at.lanes, UNTIL)), at.state, at.now, layout.state_rows(context.sizes))
     stopped = leaves & (load(at.lanes, CHANGED) == 0.0)
     store(at.lanes, STATUS, choose(stopped, splat(codes.STOPPED), load(at.lanes, STATUS)))
     t = choose(leaves, left, load(at.lanes, T))
     store(at.lanes, T, t)
     passed = good & ((t >= load(at.lanes, CUT)) | (load(at.lanes, CHANGED) != 0.0))
     store(at.lanes, CUT, choose(passed, splat(NEVER), load(at.lanes, CUT)))
+
+
+@inlined
+def read_off(context: Context, left: Lanes) -> None:
+    """The states at the times `left` of the current step, to `now`."""
+    near = load(context.at.lanes, NEAR_END) != 0.0
+    if any_lane(near):
+        stages.extend_at_end(context, near)
+    between(context.kernels, context.at, (left - load(context.at.lanes, T)) / load(context.at.clock, LENGTH))

@@ -7,14 +7,14 @@ from lienumba.compiler.routines.marks import Floats1, Floats3, Floats4, Integers
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout, selection_table
 from lienumba.integrators.drivers import stages
-from lienumba.integrators.drivers.workspace import Places, addresses
+from lienumba.integrators.drivers.workspace import NO_PLAN, Context, Places, addresses
 from lienumba.integrators.layout import ITERATIONS, STATUS
 from lienumba.integrators.sizes import Sizes
 
 
 def observe_events(
-    kernels: Integers1, sizes: Sizes, states: Floats4, times: Floats3, parameters: Floats3, records: Floats4,
-    limit: int, tolerance: float, buffer: Floats1,
+    kernels: Integers1, nodes: Floats1, sizes: Sizes, states: Floats4, times: Floats3, parameters: Floats3,
+    records: Floats4, limit: int, tolerance: float, buffer: Floats1,
 ) -> None:  # fmt: skip
     """Records of the states (blocks, events, state rows, W) at times (blocks, events, W), NaN where nothing happened.
 
@@ -24,6 +24,7 @@ def observe_events(
     at, first = addresses(buffer, sizes), layout.workspace(sizes)
     rows = matrix(buffer.ctypes.data, first.work, W)
     table = rows[first.table : first.table + selection_table.table_rows(sizes.exchangeable)]
+    context = Context(kernels, nodes, sizes, NO_PLAN, limit, tolerance, at, first, rows, table)
     status, iterations = at.lanes + ROW * STATUS, at.lanes + ROW * ITERATIONS
     for block in range(states.shape[0]):
         p = parameters[block].ctypes.data
@@ -41,6 +42,6 @@ def observe_events(
             for row in range(layout.PROJECTIONS):
                 store(iterations, row, splat(0.0))
             places = Places(at.new, at.now, at.following)
-            stages.project(kernels, sizes, p, places, False, at, status, known, iterations, table, limit, tolerance)
+            stages.project(context, p, places, False, status, known, iterations)
             known = known & (load(status, 0) == 0.0)
-            stages.record(kernels, sizes, to, at.new, p, at, known, iterations)
+            stages.record(context, to, at.new, p, known, iterations)

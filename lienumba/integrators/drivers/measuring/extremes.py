@@ -1,195 +1,145 @@
-"""Extremes in a step: in its points, and between them wherever their interpolant may go beyond what is known."""
+"""Extremes of a signal in a subinterval: in its nodes, and between them where its interpolant has one.
 
-import numpy as np
+The interpolant decides where to look; what is recorded are true samples, refined by parabolas through three of them.
+"""
 
-from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, choose, load, splat, store
+from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, choose, load, splat
 from lienumba.compiler.routines.marks import apart, inlined
-from lienumba.integrators.drivers.lobatto import SQUARE, fraction_of, rise, risen, through
-from lienumba.integrators.drivers.measuring.points import BEYOND, look, signals, time_of
-from lienumba.integrators.layout import ELSEWHERE, KEPT_TIME, KEPT_UNDEFINED, KEPT_VALUE, POINTS, Workspace
-from lienumba.integrators.sizes import Sizes
-from lienumba.numerics.operations import maximum, minimum
+from lienumba.integrators.drivers.lobatto import rise, risen
+from lienumba.integrators.drivers.measuring.points import (
+    INTERPOLATION_RTOL,
+    Record,
+    Subinterval,
+    fraction_of_node,
+    interpolant,
+    node,
+    put,
+    time_of,
+    value_at,
+    value_elsewhere,
+    without,
+)
+from lienumba.integrators.drivers.workspace import Context
+from lienumba.integrators.layout import KEPT_TIME, KEPT_UNDEFINED, KEPT_VALUE, NODES
+from lienumba.numerics.operations import absolute, maximum, minimum
 
-GRID = 32  # places in which an interpolant is looked at
-UNLIKE = 0.002  # of what its values differ by, an interpolant is wrong in a panel at most (`panels`)
-UNSURE = 10.0 * UNLIKE  # in all of it
-DOUBT = 20.0 * UNLIKE  # its slope at its ends
-NEWTON = 4  # iterations to an extreme of the interpolant
-STEPS = 3  # from there, by what is found
-WIDER = 6  # steps uphill, each three times as long as the one before
-EDGE = 2.0**-10  # of a stride uphill that ends at an end: where it is seen whether the extreme is before it
-TRIES = 120  # at parabolas and halves
-PATIENCE, NOISE = 16, 2.0**13  # tries, behind which what differs by so many times the rounding is noise
-FINEST = 2.0**-50  # of a part of a step: what is not divided any more
-ROUNDING = 2.0**-53  # of values: what an extreme is not sought for any more
+GRID = 16  # places in which the interpolant is evaluated
+NEWTON = 4  # iterations from there to its extreme, which may be very near to an end
+SLOPE_ERROR = 20.0 * INTERPOLATION_RTOL  # of the spread, by s from -1 to 1: of the slope of an interpolant at its ends
+ROUNDOFF = 2.0**-53  # of the values: what an extreme need not be more exact than
+SMALLEST_BRACKET = 2.0**-45  # of a subinterval
+MAX_SAMPLES = 100  # of which every other one halves the bracket
+MAX_END_SAMPLES = 16  # as long as an end is higher than what is found inside: down to 2^-20 of a subinterval from it
+NEVER_LARGEST = -1e300
 
 
 @inlined
-def _found(
-    at: Workspace, t: Lanes, length: Lanes, fraction: Lanes, sign: float, kept: Address, lanes: Mask, value: Lanes
-) -> None:
-    """So much is there; what is undefined there is undefined as a whole."""
-    undefined = load(kept, KEPT_UNDEFINED)
-    store(kept, KEPT_UNDEFINED, choose(value <= value, undefined, choose(lanes, splat(1.0), undefined)))
-    better = lanes & (value > sign * load(kept, KEPT_VALUE))
-    store(kept, KEPT_VALUE, choose(better, sign * value, load(kept, KEPT_VALUE)))
-    store(kept, KEPT_TIME, choose(better, time_of(at, t, length, fraction), load(kept, KEPT_TIME)))
-
-
-@apart
-def _enclose(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lanes, low: Lanes, high: Lanes, value: int,
-    sign: float, kept: Address, lanes: Mask, x2: Lanes, little: Lanes,
-) -> None:  # fmt: skip
-    """The extreme next to a place of a part of a step: uphill, by longer and longer steps, until it lies between two
-    places, then by parabolas through these, and by halves where they do not lead on; little: what is no gain any more.
-    """
-    to, far, near = signals(sizes, at, 0, ELSEWHERE), high - low, 0.5 / GRID
-    x2 = minimum(maximum(x2, splat(near)), splat(1.0 - near))
-    x1, x3 = x2 - near, x2 + near
-    look(kernels, sizes, at, t, length, low + x1 * far, to)
-    f1 = sign * load(to, value)
-    look(kernels, sizes, at, t, length, low + x3 * far, to)
-    f3 = sign * load(to, value)
-    look(kernels, sizes, at, t, length, low + x2 * far, to)
-    f2 = sign * load(to, value)
-    gap = f1 + f2 + f3
-    for _ in range(WIDER):
-        later = lanes & (f3 > f2) & (f3 >= f1) & (x3 < 1.0)
-        earlier = lanes & (f1 > f2) & (f1 > f3) & (x1 > 0.0)
-        if not any_lane(later | earlier):
-            break
-        stride = 2.0 * (x3 - x1)
-        u = choose(later, minimum(x3 + stride, splat(1.0)), choose(earlier, maximum(x1 - stride, splat(0.0)), x2))
-        look(kernels, sizes, at, t, length, low + u * far, to)
-        f = sign * load(to, value)
-        gap = choose(later | earlier, gap + f, gap)
-        x0, f0 = x2, f2
-        x2, f2 = choose(later, x3, choose(earlier, x1, x2)), choose(later, f3, choose(earlier, f1, f2))
-        x1, f1 = choose(later, x0, choose(earlier, u, x1)), choose(later, f0, choose(earlier, f, f1))
-        x3, f3 = choose(later, u, choose(earlier, x0, x3)), choose(later, f, choose(earlier, f0, f3))
-    later, earlier = lanes & (f3 > f2) & (x3 >= 1.0), lanes & (f1 > f2) & (x1 <= 0.0)
-    if any_lane(later | earlier):  # an end may be next to the extreme
-        u = choose(later, x3 - EDGE * (x3 - x2), choose(earlier, x1 + EDGE * (x2 - x1), x2))
-        look(kernels, sizes, at, t, length, low + u * far, to)
-        f = sign * load(to, value)
-        later, earlier = later & (f > f3), earlier & (f > f1)
-        x1, f1 = choose(later, x2, x1), choose(later, f2, f1)
-        x3, f3 = choose(earlier, x2, x3), choose(earlier, f2, f3)
-        x2, f2 = choose(later | earlier, u, x2), choose(later | earlier, f, f2)
-    left, best, where_ = lanes & (f2 >= f1) & (f2 >= f3), maximum(maximum(f1, f2), f3), x2
-    where_ = choose(f1 == best, x1, choose(f3 == best, x3, x2))
-    wide = x3 - x1
-    for n in range(TRIES):
-        bend = (x2 - x1) * (f2 - f3) + (x3 - x2) * (f2 - f1)
-        shift = 0.5 * ((x3 - x2) * (x3 - x2) * (f2 - f1) - (x2 - x1) * (x2 - x1) * (f2 - f3))
-        u = x2 + choose(bend > 0.0, shift / choose(bend > 0.0, bend, 1.0), 0.0)
-        gained = bend * (u - x2) * (u - x2)
-        inside = (bend > 0.0) & (u > x1) & (u < x3)
-        done = inside & (choose(gained > little * (x2 - x1) * (x3 - x2) * (x3 - x1), 1.0, 0.0) == 0.0)
-        left = left & (choose(done, 1.0, 0.0) == 0.0) & (x3 - x1 > FINEST)
-        if n >= PATIENCE:
-            left = left & (maximum(f2 - f1, f2 - f3) > NOISE * little)
-        if not any_lane(left):
-            break
-        if n % 2 == 1:
-            inside = inside & (x3 - x1 < 0.5 * wide)
-            wide = x3 - x1
-        halved = choose(x3 - x2 > x2 - x1, 0.5 * (x2 + x3), 0.5 * (x1 + x2))
-        u = choose(left, choose(inside & (u != x2), u, halved), x2)
-        look(kernels, sizes, at, t, length, low + u * far, to)
-        f = choose(left, sign * load(to, value), f2)
-        higher, later = f > f2, u > x2
-        x1, f1 = choose(left & higher & later, x2, x1), choose(left & higher & later, f2, f1)
-        x3, f3 = choose(left & higher & (u < x2), x2, x3), choose(left & higher & (u < x2), f2, f3)
-        lower = left & (f <= f2)
-        x1, f1 = choose(lower & (u < x2), u, x1), choose(lower & (u < x2), f, f1)
-        x3, f3 = choose(lower & later, u, x3), choose(lower & later, f, f3)
-        x2, f2 = choose(left & higher, u, x2), choose(left & higher, f, f2)
-        best, where_, gap = choose(f2 > best, f2, best), choose(f2 > best, x2, where_), gap + f
-    _found(at, t, length, low + where_ * far, sign, kept, lanes, choose(gap == gap, best, gap))
-
-
-@apart
-def _peak(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lanes, low: Lanes, high: Lanes, value: int,
-    sign: float, kept: Address, lanes: Mask, a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes,
-) -> None:  # fmt: skip
-    """The extreme inside of a part of a step, from the values in its points on, where it goes beyond what is known;
-    undefined where it is that in a place that is looked at.
-
-    First where the interpolant has it. What is missed there says how wrong the slope is, as the product of the
-    distances from all points is what is missed (w e, whose slope is w' e); by it and by the bend of the interpolant the
-    search goes on. Where that does not lead to an end, parabolas do.
-    """
-    o, p, q, r = through(a, b, c, d, e)
-    most, s = a, splat(-1.0)
-    least = minimum(minimum(minimum(a, b), minimum(c, d)), e)
+def _highest_of_interpolant(
+    context: Context, part: Subinterval, signal: int, sign: float
+) -> tuple[Lanes, Lanes, Lanes]:
+    """Where the interpolant is highest in a subinterval, between 0 and 1, how high the signal may be there, and the
+    largest size of its values. It is not higher inside than at an end from which the interpolant surely falls."""
+    c, o, p, q, r = interpolant(context, part, signal, sign)
+    s, highest = splat(-1.0), sign * value_at(context, part, signal, 0)
+    lowest = highest
     for n in range(1, GRID + 1):
         x = splat(2.0 * n / GRID - 1.0)
         y = c + risen(x, o, p, q, r)
-        more = y > most
-        most, s = choose(more, y, most), choose(more, x, s)
-    rises, falls = rise(splat(-1.0), o, p, q, r), -rise(splat(1.0), o, p, q, r)
-    doubt = DOUBT * (most - least)
-    inside = ((s > -1.0) & (s < 1.0)) | ((s == -1.0) & (rises > -doubt)) | ((s == 1.0) & (falls > -doubt))
-    left = lanes & inside & (most + UNSURE * (most - least) > sign * load(kept, KEPT_VALUE))
-    if not any_lane(left):
-        return
-    little = ROUNDING * maximum(most, -least)
-    near, bend = 1.0 / GRID, splat(0.0)
-    s = minimum(maximum(s, splat(0.5 * near - 1.0)), splat(1.0 - 0.5 * near))
-    first, last = maximum(s - near, splat(0.25 * near - 1.0)), minimum(s + near, splat(1.0 - 0.25 * near))
+        s, highest, lowest = choose(y > highest, x, s), maximum(y, highest), minimum(y, lowest)
+    outwards = SLOPE_ERROR * (highest - lowest)
+    outside = (s == -1.0) & (rise(s, o, p, q, r) <= -outwards)
+    outside = outside | ((s == 1.0) & (rise(s, o, p, q, r) >= outwards))
+    first, last = maximum(s - 2.0 / GRID, splat(-1.0)), minimum(s + 2.0 / GRID, splat(1.0))
     for _ in range(NEWTON):
         bend = 2.0 * p + s * (6.0 * q + s * 12.0 * r)
         s = s - choose(bend < 0.0, rise(s, o, p, q, r) / choose(bend < 0.0, bend, 1.0), 0.0)
         s = minimum(maximum(s, first), last)
-    to, x = signals(sizes, at, 0, ELSEWHERE), 0.5 * (s + 1.0)
-    look(kernels, sizes, at, t, length, low + x * (high - low), to)
-    found = sign * load(to, value)
-    _found(at, t, length, low + x * (high - low), sign, kept, left, found)
-    w, w_slope = s * (s * s - 1.0) * (s * s - SQUARE), SQUARE + s * s * (5.0 * s * s - 3.0 * (1.0 + SQUARE))
-    slope = rise(s, o, p, q, r) + (found - c - risen(s, o, p, q, r)) * w_slope / w
-    for _ in range(STEPS):
-        shift = -slope / bend
-        rest = choose((bend < 0.0) & (0.5 * slope * shift <= little), splat(0.0), 1.0)
-        left = left & (rest > 0.0)
-        near_by = left & (s + shift > first) & (s + shift < last)
-        if not any_lane(near_by):
-            break
-        s = choose(near_by, s + shift, s)
-        look(kernels, sizes, at, t, length, low + 0.5 * (s + 1.0) * (high - low), to)
-        y = choose(near_by, sign * load(to, value), found)
-        _found(at, t, length, low + 0.5 * (s + 1.0) * (high - low), sign, kept, near_by, y)
-        slope = choose(near_by, (y - found) / shift + 0.5 * bend * shift, slope)
-        found = y
-    if any_lane(left):
-        _enclose(kernels, sizes, at, t, length, low, high, value, sign, kept, left, 0.5 * (s + 1.0), little)
+    reach = highest + 10.0 * INTERPOLATION_RTOL * (highest - lowest)
+    return 0.5 * (s + 1.0), choose(outside, splat(NEVER_LARGEST), reach), maximum(absolute(highest), absolute(lowest))
+
+
+@inlined
+def _highest_node(
+    context: Context, part: Subinterval, signal: int, sign: float
+) -> tuple[Lanes, Lanes, Lanes, Lanes, Lanes, Lanes]:
+    """The places of the highest node and of both beside it (of itself at an end), and the values there."""
+    x1, x2, x3 = splat(0.0), splat(0.0), splat(0.0)
+    f2 = sign * value_at(context, part, signal, 0)
+    f1, f3 = f2, f2
+    for k in range(NODES):
+        y = sign * value_at(context, part, signal, k)
+        left, right, higher = k - 1 if k > 0 else 0, k + 1 if k < NODES - 1 else k, y >= f2
+        x1, f1 = choose(higher, splat(node(left)), x1), choose(higher, sign * value_at(context, part, signal, left), f1)
+        x3 = choose(higher, splat(node(right)), x3)
+        f3 = choose(higher, sign * value_at(context, part, signal, right), f3)
+        x2, f2 = choose(higher, splat(node(k)), x2), choose(higher, y, f2)
+    return x1, x2, x3, f1, f2, f3
 
 
 @apart
-def keep_extreme(
-    kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lanes, low: Lanes, high: Lanes, part: int,
-    value: int, sign: float, kept: Address, lanes: Mask,
-) -> None:  # fmt: skip
-    """The largest value, or, with the sign -1, the smallest one, of a part of a step from `low` to `high`. What is
-    undefined anywhere has none."""
-    a, b = sign * load(signals(sizes, at, part, 0), value), sign * load(signals(sizes, at, part, 1), value)
-    c, d = sign * load(signals(sizes, at, part, 2), value), sign * load(signals(sizes, at, part, 3), value)
-    e = sign * load(signals(sizes, at, part, 4), value)
-    for k in range(POINTS):
-        x, known = sign * load(signals(sizes, at, part, k), value), sign * load(kept, KEPT_VALUE)
-        better = lanes & (choose(x <= known, 1.0, 0.0) == 0.0)  # also where nothing is known yet
-        store(kept, KEPT_UNDEFINED, choose(lanes & (x != x), splat(1.0), load(kept, KEPT_UNDEFINED)))
-        store(kept, KEPT_VALUE, choose(better, sign * x, load(kept, KEPT_VALUE)))
-        moment = time_of(at, t, length, fraction_of(k, low, high))
-        store(kept, KEPT_TIME, choose(better, moment, load(kept, KEPT_TIME)))
-    most, least = maximum(maximum(maximum(a, b), maximum(c, d)), e), minimum(minimum(minimum(a, b), minimum(c, d)), e)
-    may = lanes & (most + BEYOND * (most - least) > sign * load(kept, KEPT_VALUE))
-    o, p, q, r = through(a, b, c, d, e)
-    doubt, falls, rises = DOUBT * (most - least), splat(0.0), splat(0.0)  # where the ends are the extremes
-    falls = choose((a >= b) & (b >= c) & (c >= d) & (d >= e) & (rise(splat(-1.0), o, p, q, r) <= -doubt), 1.0, falls)
-    rises = choose((a <= b) & (b <= c) & (c <= d) & (d <= e) & (rise(splat(1.0), o, p, q, r) >= doubt), 1.0, rises)
-    may = may & (falls + rises == 0.0)
-    if any_lane(may):
-        _peak(kernels, sizes, at, t, length, low, high, value, sign, kept, may, a, b, c, d, e)
+def interior_extreme(
+    context: Context, part: Subinterval, signal: int, sign: float, known: Lanes, lanes: Mask
+) -> tuple[Lanes, Lanes]:  # fmt: skip
+    """Where sign times a signal is largest inside a subinterval, a fraction of the step, and its value there; the value
+    NEVER_LARGEST where it may not be above what is known.
+
+    By successive parabolic interpolation of a bracket around the highest node, first where the interpolant is highest.
+    """
+    u, reach, size = _highest_of_interpolant(context, part, signal, sign)
+    left = lanes & (reach > known)
+    if not any_lane(left):
+        return part.low, splat(NEVER_LARGEST)
+    x1, x2, x3, f1, f2, f3 = _highest_node(context, part, signal, sign)
+    asked, width, place, undefined = left, x3 - x1, x2, splat(0.0)
+    u = choose((u > x1) & (u < x3) & ((u < x2) | (u > x2)), u, 0.5 * (x1 + x3))
+    for n in range(MAX_SAMPLES):
+        u = choose(left, u, x2)
+        f = choose(left, sign * value_elsewhere(context, part, signal, u), f2)
+        undefined = undefined + f
+        higher, lower, right = left & (f > f2), left & (f <= f2), u > x2
+        x0, f0 = x2, f2
+        x2, f2 = choose(higher, u, x2), choose(higher, f, f2)
+        x1, f1 = choose(higher & right, x0, x1), choose(higher & right, f0, f1)
+        x3, f3 = choose(higher & (u < x0), x0, x3), choose(higher & (u < x0), f0, f3)
+        x1, f1 = choose(lower & (u < x0), u, x1), choose(lower & (u < x0), f, f1)
+        x3, f3 = choose(lower & right, u, x3), choose(lower & right, f, f3)
+        bend = (x2 - x1) * (f2 - f3) + (x3 - x2) * (f2 - f1)
+        shift = 0.5 * ((x3 - x2) * (x3 - x2) * (f2 - f1) - (x2 - x1) * (x2 - x1) * (f2 - f3))
+        u = x2 + choose(bend > 0.0, shift / choose(bend > 0.0, bend, 1.0), 0.0)
+        inside = (bend > 0.0) & (u > x1) & (u < x3)
+        gain = bend * (u - x2) * (u - x2)
+        done = inside & (gain <= ROUNDOFF * size * (x2 - x1) * (x3 - x2) * (x3 - x1))
+        place = choose(left, choose(done, u, x2), place)
+        left = without(left, done) & (x3 - x1 > SMALLEST_BRACKET)
+        if n >= MAX_END_SAMPLES:
+            left = left & (x1 < x2) & (x2 < x3)
+        if not any_lane(left):
+            break
+        if n % 2 == 1:
+            inside = inside & (x3 - x1 < 0.5 * width)
+            width = x3 - x1
+        halved = choose(x3 - x2 > x2 - x1, 0.5 * (x2 + x3), 0.5 * (x1 + x2))
+        u = choose(inside & ((u < x2) | (u > x2)), u, halved)
+    value = choose(undefined == undefined, f2, undefined)
+    return part.low + place * (part.high - part.low), choose(asked, value, splat(NEVER_LARGEST))
+
+
+@inlined
+def _compare(rows: Address, sign: float, lanes: Mask, value: Lanes, time: Lanes) -> None:
+    """Record a value that is beyond the extreme so far, which is none where it is NaN; NaN makes it undefined."""
+    better = lanes & (choose(value <= sign * load(rows, KEPT_VALUE), 1.0, 0.0) == 0.0)
+    put(rows, KEPT_UNDEFINED, without(lanes, value <= value), splat(1.0))
+    put(rows, KEPT_VALUE, better, sign * value)
+    put(rows, KEPT_TIME, better, time)
+
+
+@apart
+def record_extreme(context: Context, record: Record, part: Subinterval, sign: float, lanes: Mask) -> None:
+    """Record the largest value of a signal in a subinterval, or with the sign -1 the smallest one."""
+    rows, signal = record.rows, record.signal
+    for k in range(NODES):
+        time = time_of(context.at, part, fraction_of_node(context, k, part))
+        value = sign * value_at(context, part, signal, k)
+        _compare(rows, sign, lanes, value, time)
+    place, value = interior_extreme(context, part, signal, sign, sign * load(rows, KEPT_VALUE), lanes)
+    _compare(rows, sign, lanes, value, time_of(context.at, part, place))

@@ -1,36 +1,36 @@
-"""What is kept of runs as a whole: what each step adds to it.
+"""Record signals over a whole run: what each step adds.
 
-Signals are looked at in both ends of a step, and between them only where that may change what is kept.
+Signals are evaluated at the end of each step, and between its ends only where that may change what is recorded.
 """
 
 import numpy as np
 
 from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, call, choose, load, splat, store
 from lienumba.compiler.routines.marks import apart, inlined
-from lienumba.compiler.rows import ROW, W
+from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
-from lienumba.integrators.drivers.measuring.panels import keep_panels
-from lienumba.integrators.drivers.measuring.points import LEANING, look, signals, value_of
-from lienumba.integrators.drivers.workspace import Places, Plan, Rows
+from lienumba.integrators.drivers.measuring.points import (
+    LEANING,
+    Subinterval,
+    evaluate,
+    nth_record,
+    put,
+    sample,
+    signals,
+    value_at,
+)
+from lienumba.integrators.drivers.measuring.subintervals import record_event, record_step
+from lienumba.integrators.drivers.workspace import Context, Places, Rows
 from lienumba.integrators.layout import (
     CHANGES,
-    COUNTS,
+    ELSEWHERE,
     FRESH,
-    INTEGRATES,
-    KEEPS_FIRST,
-    KEEPS_LAST,
-    KEPT_CONDITION,
-    KEPT_KIND,
-    KEPT_SIGNAL,
-    KEPT_SIZE,
     KEPT_TIME,
-    KEPT_TRUE,
-    KEPT_UNDEFINED,
     KEPT_VALUE,
     LARGEST_SIZES,
+    NODES,
     PICKED,
-    POINTS,
     RATES,
     SEEN,
     UNTIL,
@@ -38,25 +38,25 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
+from lienumba.numerics.operations import absolute
 
 
 @apart
-def _open(
-    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, t: Lanes, length: Lanes, closed: bool
-) -> None:
-    """What is between the ends of the step becomes known; closed: whether even the slopes of its stages are not."""
+def _extend(context: Context, t: Lanes, length: Lanes, closed: bool) -> None:
+    """Make the continuous extension of the step; closed: the slopes of its stages have to be computed again."""
+    kernels, sizes, at = context.kernels, context.sizes, context.at
     if closed and kernels[layout.SLOPES] != 0:
         store(at.clock, layout.TIME, t)
         call(kernels[layout.SLOPES], at.state, at.parameters, at.clock, 0, at.slopes, at.work)
     elif closed:
         for s in range(sizes.stages):
-            stages.stage(kernels, sizes, nodes, s, at.state, at.parameters, at, t, length)
-    stages.extend(kernels, sizes, nodes, at, t, length, load(at.lanes, UNTIL))
+            stages.stage(context, s, at.state, at.parameters, t, length)
+    stages.extend(context)
 
 
 @inlined
 def forget_past(sizes: Sizes, at: Workspace, lanes: Mask) -> None:
-    """What signals were says nothing of what they will be where forces jump."""
+    """Where forces jump, the course of signals so far does not tell how they go on."""
     for n in range(layout.PAST):
         length = load(at.measures, layout.length_row(sizes) + n)
         store(at.measures, layout.length_row(sizes) + n, choose(lanes, splat(0.0), length))
@@ -64,182 +64,157 @@ def forget_past(sizes: Sizes, at: Workspace, lanes: Mask) -> None:
 
 @inlined
 def forget_past_of(lane: int, rows: Rows, first: Workspace, sizes: Sizes) -> None:
-    """The same of one lane; nothing where nothing is kept."""
+    """`forget_past` of one lane; nothing without records."""
     for n in range(layout.PAST if sizes.kept > 0 else 0):
         rows[first.measures + layout.length_row(sizes) + n, lane] = 0.0
 
 
 @apart
-def _see(kernels: np.ndarray, sizes: Sizes, at: Workspace, t: Lanes, length: Lanes, good: Mask, unseen: Mask) -> None:
-    """What signals are where a step begins that is not where the last one ended."""
-    there, rates = signals(sizes, at, 0, POINTS - 1), signals(sizes, at, 0, RATES)
-    look(kernels, sizes, at, t, length, splat(0.0), there)
-    stages.commit(unseen, signals(sizes, at, 0, 0), there, sizes.signals)
-    kicked = unseen & (load(at.lanes, SEEN) < 0.0)
+def _evaluate_start(context: Context) -> None:
+    """Evaluate the signals where a step that is PICKED begins elsewhere than the last one ended."""
+    sizes, at = context.sizes, context.at
+    good, rates = load(at.lanes, PICKED) != 0.0, signals(context, RATES)
+    unseen = good & (load(at.lanes, SEEN) <= 0.0)
+    step = Subinterval(load(at.lanes, T), load(at.clock, layout.LENGTH), splat(0.0), splat(1.0), 0)
+    evaluate(context, step, step.low, signals(context, ELSEWHERE))
+    stages.commit(unseen, signals(context, 0), signals(context, ELSEWHERE), sizes.signals)
     for signal in range(sizes.signals if sizes.seen == 0 else 0):
-        store(rates, signal, choose(kicked, splat(np.nan), load(rates, signal)))
-    store(at.lanes, SEEN, choose(good, splat(1.0), load(at.lanes, SEEN)))
+        put(rates, signal, unseen & (load(at.lanes, SEEN) < 0.0), splat(np.nan))
+    put(at.lanes, SEEN, good, splat(1.0))
 
 
 @apart
-def _look_into(
-    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, plan: Plan,
-    good: Mask, t: Lanes, length: Lanes, until: Lanes, closed: bool,
-) -> None:  # fmt: skip
-    """Keep what has to be of a step in the lanes `good`, of what its ends do not say everything of."""
-    cut = load(at.lanes, PICKED) < 0.0
+def _record_inside(context: Context, until: Lanes, closed: bool) -> None:
+    """Add a step that is PICKED and left at `until` to all records that its ends do not decide; closed: the slopes of
+    its stages have to be computed again."""
+    sizes, at = context.sizes, context.at
+    t, length, picked = load(at.lanes, T), load(at.clock, layout.LENGTH), load(at.lanes, PICKED)
+    good, leaves = picked != 0.0, picked < 0.0
     whole = choose(until < load(at.lanes, UNTIL), (until - t) / length, 1.0)
-    _open(kernels, sizes, nodes, at, t, length, closed)
-    if keep_panels(kernels, sizes, at, first, rows, plan, t, length, until, whole, good, cut):
-        look(kernels, sizes, at, t, length, splat(0.0), signals(sizes, at, 0, 0))
+    _extend(context, t, length, closed)
+    step = Subinterval(t, length, splat(0.0), whole, 0)
+    sample(context, step)
+    for n in range(sizes.kept):
+        record = nth_record(context, n)
+        opens = good & (leaves | (load(record.rows, layout.KEPT_OPEN) != 0.0))
+        if any_lane(opens):
+            record_step(context, record, step, opens)
+            record_event(context, record, step, until, opens & leaves)
     for signal in range(sizes.signals):
-        before, after = value_of(sizes, at, 0, signal, 0), value_of(sizes, at, 0, signal, POINTS - 1)
-        changes = signals(sizes, at, 0, CHANGES)
-        store(changes, signal, choose(good, after - before, load(changes, signal)))
-        store(signals(sizes, at, 0, 0), signal, choose(good, after, before))
-    store(at.lanes, SEEN, choose(good & cut, splat(-1.0), load(at.lanes, SEEN)))
-    forget_past(sizes, at, good & cut)
+        before, after = value_at(context, step, signal, 0), value_at(context, step, signal, NODES - 1)
+        put(signals(context, CHANGES), signal, good, after - before)
+        put(signals(context, 0), signal, good, after)
+    put(at.lanes, SEEN, leaves, splat(-1.0))
+    forget_past(sizes, at, leaves)
 
 
 @inlined
-def _said(sizes: Sizes, at: Workspace, n: int) -> Lanes:
-    """The nth number that F at the end of the step says of signals: first their rates, then these themselves."""
+def _stated(sizes: Sizes, at: Workspace, n: int) -> Lanes:
+    """The nth number about signals that F at the end of the step states: first their rates, then their values."""
     return load(at.slopes, layout.said_row(sizes, sizes.integrands + n, sizes.slopes - 1))
 
 
 @inlined
-def renew_rates(sizes: Sizes, at: Workspace, lanes: Mask) -> None:
+def renew_rates(context: Context, lanes: Mask) -> None:
     """Where a step begins with another F than the last one has ended with, signals have other rates."""
-    rates = signals(sizes, at, 0, RATES)
-    for signal in range(sizes.signals):
-        store(rates, signal, choose(lanes, _said(sizes, at, signal), load(rates, signal)))
+    rates = signals(context, RATES)
+    for signal in range(context.sizes.signals):
+        store(rates, signal, choose(lanes, _stated(context.sizes, context.at, signal), load(rates, signal)))
 
 
 @inlined
-def _keep(kernels: np.ndarray, sizes: Sizes, at: Workspace, new: Address) -> None:
-    """What the end of the step says."""
+def _record_end(context: Context) -> None:
+    """Add what the end of the step decides."""
+    sizes, at = context.sizes, context.at
     for n in range(sizes.seen):
-        store(at.measures, layout.seen_row(sizes) + n, _said(sizes, at, n))
+        store(at.measures, layout.seen_row(sizes) + n, _stated(sizes, at, n))
     if sizes.leaping > 0:
         store(at.clock, layout.LEAN, -LEANING * load(at.clock, layout.LENGTH))
-    call(kernels[layout.KEEP], new, at.parameters, at.clock, at.lanes, at.measures, at.work)
+    call(context.kernels[layout.KEEP], at.new, at.parameters, at.clock, at.lanes, at.measures, at.work)
     if sizes.leaping > 0:
         store(at.clock, layout.LEAN, splat(0.0))
 
 
 @inlined
-def measure(
-    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, plan: Plan,
-    good: Mask, t: Lanes, length: Lanes, until: Lanes, leaves: Mask,
-) -> None:  # fmt: skip
-    """Keep what has to be of the open step in the lanes `good`, which are left at `until`; leaves: those in which an
-    event is why. The clock stays as it is. Whether the step is looked into is a matter of each lane, and of each thing
-    that is kept."""
-    now, end = load(at.clock, layout.TIME), load(at.lanes, UNTIL)
-    unseen = good & (load(at.lanes, SEEN) <= 0.0)
-    if any_lane(unseen):
-        _see(kernels, sizes, at, t, length, good, unseen)
-    store(at.clock, layout.TIME, end)
+def measure(context: Context, good: Mask, until: Lanes, leaves: Mask, closed: bool) -> None:
+    """Add the current step to all records in the lanes `good`, which leave it at `until`; leaves: because of an event;
+    closed: nothing is known of its stages. The clock stays as it is. Each lane and each record is subdivided as if it
+    were alone. Rare work reads for itself what it needs, so that nothing is held ready for it."""
+    at = context.at
+    now = load(at.clock, layout.TIME)
     store(at.lanes, PICKED, choose(good, choose(leaves, splat(-1.0), 1.0), 0.0))
-    _keep(kernels, sizes, at, at.new)
-    if any_lane(load(at.measures, layout.open_row(sizes)) != 0.0):
-        _look_into(kernels, sizes, nodes, at, first, rows, plan, good, t, length, until, False)
+    if any_lane(good & (load(at.lanes, SEEN) <= 0.0)):
+        _evaluate_start(context)
+    store(at.clock, layout.TIME, load(at.lanes, UNTIL))
+    _record_end(context)
+    if any_lane(load(at.measures, layout.open_row(context.sizes)) != 0.0):
+        _record_inside(context, until, closed)
     store(at.clock, layout.TIME, now)
 
 
 @inlined
-def take_gains(kernels: np.ndarray, sizes: Sizes, at: Workspace, x: Address, made: Address) -> None:
-    """What a step from x has just said that signals integrate to, at `made` or by its slopes."""
+def take_gains(context: Context, x: Address, made: Address) -> None:
+    """Take the integrals of signals over a step from x, which are at `made` or follow from its slopes."""
+    sizes, at = context.sizes, context.at
     to = at.measures + ROW * layout.gain_row(sizes)
-    if kernels[layout.QUADRATURE] != 0:
-        call(kernels[layout.QUADRATURE], x, at.parameters, at.clock, at.slopes, to, at.work)
+    if context.kernels[layout.QUADRATURE] != 0:
+        call(context.kernels[layout.QUADRATURE], x, at.parameters, at.clock, at.slopes, to, at.work)
     else:
         stages.copy(to, made, sizes.integrands)
 
 
 @inlined
-def measure_closed(
-    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, plan: Plan,
-    good: Mask, x: Address, places: Places,
-) -> None:  # fmt: skip
-    """The same where states change places, and the clock is at the end of the step, which no lane leaves before. What
-    is rarely done is told nothing that would have to wait for it."""
-    store(at.lanes, PICKED, choose(good, splat(1.0), splat(0.0)))
-    if any_lane(good & (load(at.lanes, SEEN) <= 0.0)):
-        _see_closed(kernels, sizes, at, x, places)
-    _keep(kernels, sizes, at, places.new)
-    if any_lane(load(at.measures, layout.open_row(sizes)) != 0.0):
-        _look_into_closed(kernels, sizes, nodes, at, first, rows, plan, x, places)
-
-
-@inlined
-def _placed(at: Workspace, x: Address, places: Places) -> Workspace:
-    """The regions where states have changed places, of which none but the slopes' own may lie before these."""
-    now, following = places.now, places.following
+def placed(context: Context, x: Address, places: Places) -> Context:
+    """The context where states have changed places, of which none but the slopes' own may lie before these."""
+    at, now, following = context.at, places.now, places.following
     if following == at.new:
         now, following = following, now
-    return Workspace(
+    there = Workspace(
         x, places.new, at.slopes, at.control, now, following, at.clock, at.lanes, at.u, at.conditions, at.table,
         at.change, at.measures, at.parameters, at.work,
+    )  # fmt: skip
+    return Context(
+        context.kernels, context.nodes, context.sizes, context.plan, context.limit, context.tolerance, there,
+        context.first, context.rows, context.table,
     )  # fmt: skip
 
 
 @apart
-def _see_closed(kernels: np.ndarray, sizes: Sizes, at: Workspace, x: Address, places: Places) -> None:
-    """`_see` of a step that is `PICKED`."""
-    t, length, until = load(at.lanes, T), load(at.clock, layout.LENGTH), load(at.lanes, UNTIL)
-    good = load(at.lanes, PICKED) != 0.0
-    unseen = good & (load(at.lanes, SEEN) <= 0.0)
-    _see(kernels, sizes, _placed(at, x, places), t, length, good, unseen)
-    store(at.clock, layout.TIME, until)
-
-
-@apart
-def _look_into_closed(
-    kernels: np.ndarray, sizes: Sizes, nodes: np.ndarray, at: Workspace, first: Workspace, rows: Rows, plan: Plan,
-    x: Address, places: Places,
-) -> None:  # fmt: skip
-    """`_look_into` of a step that is `PICKED`."""
-    t, length, until = load(at.lanes, T), load(at.clock, layout.LENGTH), load(at.lanes, UNTIL)
-    good, here = load(at.lanes, PICKED) != 0.0, _placed(at, x, places)
-    _look_into(kernels, sizes, nodes, here, first, rows, plan, good, t, length, until, True)
-    store(at.clock, layout.TIME, until)
-
-
-@apart
-def begin_measures(kernels: np.ndarray, sizes: Sizes, at: Workspace, first: Workspace, rows: Rows, plan: Plan) -> None:
-    """What is kept of runs that begin: what holds at their start."""
+def begin_measures(context: Context) -> None:
+    """Begin the records of runs that are FRESH by what holds at their start."""
+    sizes, at = context.sizes, context.at
+    fresh, now = load(at.lanes, FRESH) != 0.0, signals(context, 0)
     store(at.clock, layout.TIME, splat(0.0))
-    call(kernels[layout.MEASURE], at.state, at.parameters, at.clock, 0, signals(sizes, at, 0, 0), at.work)
-    seen = first.measures + layout.signal_row(sizes, 0)
-    changes = first.measures + layout.signal_row(sizes, CHANGES)
-    rates = first.measures + layout.signal_row(sizes, RATES)
-    largest = first.measures + layout.signal_row(sizes, LARGEST_SIZES)
-    for lane in range(W):
-        for signal in range(sizes.signals):
-            if rows[first.lanes + FRESH, lane] != 0.0:
-                rows[changes + signal, lane] = np.inf
-                rows[rates + signal, lane] = np.nan
-                now = rows[seen + signal, lane]
-                rows[largest + signal, lane] = max(now, -now) if now == now else 0.0
-        if rows[first.lanes + FRESH, lane] != 0.0:
-            forget_past_of(lane, rows, first, sizes)
+    call(
+        context.kernels[layout.MEASURE],
+        at.state,
+        at.parameters,
+        at.clock,
+        0,
+        signals(context, ELSEWHERE),
+        at.work,
+    )
+    stages.commit(fresh, now, signals(context, ELSEWHERE), sizes.signals)
+    for signal in range(sizes.signals):
+        x = load(now, signal)
+        put(signals(context, CHANGES), signal, fresh, splat(np.inf))
+        put(signals(context, RATES), signal, fresh, splat(np.nan))
+        put(signals(context, LARGEST_SIZES), signal, fresh, choose(x == x, absolute(x), 0.0))
+    forget_past(sizes, at, fresh)
     for n in range(sizes.kept):
-        kept, kind = first.measures + layout.KEPT_ROWS * n, plan.kept[n, KEPT_KIND]
-        value, condition = plan.kept[n, KEPT_SIGNAL], plan.kept[n, KEPT_CONDITION]
-        lasting = kind < INTEGRATES or KEEPS_FIRST <= kind <= KEEPS_LAST
-        for lane in range(W):
-            if rows[first.lanes + FRESH, lane] == 0.0:
-                continue
-            true = condition < 0 or rows[seen + condition, lane] > 0.0
-            rows[kept + KEPT_TRUE, lane] = 1.0 if true else 0.0
-            now = rows[seen + condition, lane] if condition >= 0 else 0.0
-            unknown = now != now
-            rows[kept + KEPT_SIZE, lane] = 0.0 if unknown else max(now, -now)
-            rows[kept + KEPT_UNDEFINED, lane] = 1.0 if unknown else 0.0
-            rows[kept + KEPT_VALUE, lane] = rows[kept + KEPT_TIME, lane] = np.nan if lasting else 0.0
-            if true and kind == COUNTS:
-                rows[kept + KEPT_VALUE, lane] = 1.0
-            if true and lasting:
-                rows[kept + KEPT_TIME, lane] = 0.0
-                rows[kept + KEPT_VALUE, lane] = rows[seen + value, lane] if value >= 0 else 1.0
+        record, x = nth_record(context, n), splat(1.0)
+        rows, kind = record.rows, record.kind
+        if record.condition >= 0:
+            x = load(now, record.condition)
+        none = 0.0 if kind == layout.COUNTS else 0.0 if kind == layout.INTEGRATES else np.nan
+        put(rows, layout.KEPT_TRUE, fresh, choose(x > 0.0, splat(1.0), 0.0))
+        put(rows, layout.KEPT_SIZE, fresh, choose(x == x, absolute(x), 0.0))
+        put(rows, layout.KEPT_UNDEFINED, fresh, choose(x == x, splat(0.0), 1.0))
+        put(rows, KEPT_VALUE, fresh, splat(none))
+        put(rows, KEPT_TIME, fresh, splat(none))
+        if kind == layout.COUNTS:
+            put(rows, KEPT_VALUE, fresh & (x > 0.0), splat(1.0))
+        elif kind != layout.INTEGRATES:
+            put(rows, KEPT_TIME, fresh & (x > 0.0), splat(0.0))
+            value = load(now, record.signal) if record.signal >= 0 else splat(1.0)
+            put(rows, KEPT_VALUE, fresh & (x > 0.0), value)

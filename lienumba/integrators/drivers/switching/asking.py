@@ -35,6 +35,7 @@ def may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
     """The laws of what holds, rests or slides, with the accelerations that all else gives. halted: whether what may be
     at rest was brought to rest: what then moves slides on."""
     p, on = r.problem, first.state + layout.on_row(sizes)
+    halts = not halted and _stops(r, rows, first, sizes, lane)
     for i in range(sizes.switched):
         p.free[i] = rows[first.change + layout.border_accelerations(sizes) + i, lane]
     for s in range(sizes.switches):
@@ -46,13 +47,25 @@ def may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
             p.law[s] = float(HOLDS)
         if kind == UNILATERAL and r.rates[row] <= rest and (closed or touches(rows, first, sizes, lane, s, row)):
             p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, layout.STATIC)
-            if speed > (rest if halted else slow(rows, first, sizes, lane, s)):
+            stops = halts and bluntness(r, rows, first, sizes, lane, s) > 0.0
+            if not stops and speed > (rest if halted else slow(rows, first, sizes, lane, s)):
                 slide_on(r, rows, first, sizes, lane, s, speed)
         if kind == FRICTION:
             p.law[s], p.bound[s] = float(BOUNDED), number(rows, first, sizes, lane, s, layout.STATIC_EFFORT)
             carried = rows[on + s, lane] == STICK and not used(sizes, first, rows, p.switches, lane, s)
             if speed > (0.0 if carried and switch_fired(rows, first, sizes, lane, s, layout.SLIDES) else rest):
                 slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / speed)
+
+
+@apart
+def _stops(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> bool:
+    """Whether anything that slides has turned, and is slower than explicit steps of given length can follow."""
+    some = False
+    for s in range(sizes.switches):
+        slides = rows[first.state + layout.on_row(sizes) + s, lane] == SLIDE
+        turned = switch_fired(rows, first, sizes, lane, s, layout.SLIDES)
+        some = some or (slides and turned and bluntness(r, rows, first, sizes, lane, s) > 0.0)
+    return some
 
 
 @inlined

@@ -11,10 +11,7 @@ from lienumba.integrators.drivers.switching.loads import lend
 from lienumba.integrators.drivers.switching.problem import BOUNDED, FREE, PRESSES, ROUNDING, SLIDES, SOLVED, size
 from lienumba.integrators.drivers.switching.reactions import (
     AT_ONCE,
-    GOES_ON,
-    RESTS,
     SMOOTHLY,
-    STOPS,
     Reactions,
     along,
     number,
@@ -43,7 +40,6 @@ SLIGHT = 1e-9  # of the largest force: what slips or leaves by less does not
 SHARING = 1e3  # times that: what is left of a force that is none where contacts share
 EDGE = 1e-6  # of the most that friction can be
 HEADS, CREEPS = 0.01, 0.75  # of `still`: how fast it is made to begin, in the one case and in the other
-WHIRLS, PAIR = 0.5, 2  # of a step; contacts; see `mechanics.system.switched.whirls`
 FOLLOWS = 0.01  # of the fastest slip: what slips slower rests
 
 
@@ -84,9 +80,8 @@ def _stays(r: Reactions, switch: int, largest: float) -> bool:
 
 
 @apart
-def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, step: float) -> int:
-    """How every switch goes on, to the state; see `complementarity`. step: of given length (s), but by
-    collocation; else 0."""
+def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> int:
+    """How every switch goes on, to the state; see `complementarity`."""
     p, largest = r.problem, 0.0
     may_act(r, rows, first, sizes, lane, True)
     for i in range(sizes.switched):
@@ -96,10 +91,6 @@ def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, 
         largest = max(largest, ROUNDING / SLIGHT * p.least[s])
     for _ in range(2 * sizes.switches + 1):  # what begins to slide has less friction: others may begin, too
         said = solve(p)
-        if said == SOLVED and step > 0.0 and _may_rest(r, rows, first, sizes, lane, step):
-            said = solve(p)
-            if _goes_on(r, rows, first, sizes, lane, largest, said):
-                said = solve(p)
         if said != SOLVED:
             return said
         lend(r, largest)
@@ -108,71 +99,6 @@ def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, 
         ):
             break
     return SOLVED
-
-
-@apart
-def _may_rest(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, step: float) -> bool:
-    """What slides together so slowly that friction stops it in less than half a step may be at rest; returns whether
-    anything may."""
-    p, some = r.problem, False
-    grips.part(p, r.grips)
-    for row in range(sizes.switched):
-        if r.grips.group[row] == float(row) and _is_slow(r, rows, first, sizes, lane, step, float(row)):
-            for s in range(sizes.switches):
-                if _slides_with(r, s, float(row)):
-                    p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, layout.STATIC)
-                    r.begins[s], some = STOPS, True
-    return some
-
-
-@inlined
-def _slides_with(r: Reactions, switch: int, group: float) -> bool:
-    """Whether a contact has been sliding in a plane, and belongs to a group of rows."""
-    p = r.problem
-    plane = p.law[switch] == SLIDES and p.switches[switch, SWITCH_TANGENTS] == 2 and r.begins[switch] == RESTS
-    return plane and along(r, switch, r.rates) > 0.0 and r.grips.group[p.switches[switch, SWITCH_FIRST]] == group
-
-
-@apart
-def _is_slow(
-    r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, step: float, group: float
-) -> bool:  # fmt: skip
-    """Of what slides in a group, with friction in `step`; see `mechanics.system.switched.whirls`."""
-    p, friction, power, stops, slow, contacts = r.problem, 0.0, 0.0, 0.0, True, 0
-    within = WHIRLS * (1.0 + EDGE) * step
-    for i in range(sizes.switched):
-        p.step[i] = 0.0
-    for s in range(sizes.switches):
-        if _slides_with(r, s, group):
-            row, speed = p.switches[s, SWITCH_FIRST], along(r, s, r.rates)
-            most = p.friction[s] * max(p.x[row], 0.0)
-            for i in range(row + 1, row + 3):
-                p.step[i] = most * r.rates[i] / speed
-            friction, power = friction + most, power + most * speed
-    for i in range(sizes.switched):
-        for j in range(sizes.switched):
-            stops += p.step[i] * p.S[i, j] * p.step[j]
-    for s in range(sizes.switches):
-        row = p.switches[s, SWITCH_FIRST]
-        contacts += 1 if r.grips.group[row] == group and p.switches[s, SWITCH_TANGENTS] == 2 else 0
-        if _slides_with(r, s, group):
-            gives = max(p.S[row + 1, row + 1], p.S[row + 2, row + 2])
-            slow = slow and along(r, s, r.rates) <= within * friction * gives
-    return contacts != PAIR and friction > 0.0 and slow and power <= within * stops
-
-
-@apart
-def _goes_on(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, largest: float, said: int) -> bool:
-    """What may be at rest slides on as it is where static friction cannot hold all of it; returns whether it does."""
-    slips = said != SOLVED
-    for s in range(sizes.switches):
-        slips = slips or (r.begins[s] == STOPS and _slips(r, s, largest))
-    for s in range(sizes.switches):
-        if r.begins[s] == STOPS:
-            r.begins[s] = GOES_ON if slips else RESTS
-            if slips:
-                slide(r, rows, first, sizes, lane, s, r.rates, 1.0 / along(r, s, r.rates))
-    return slips
 
 
 @inlined
@@ -292,7 +218,7 @@ def _settle(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
         row, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS]
         goes_on = rows[before + s, lane] == SLIDE and not _begins(r, s)
         blunt = bluntness(r, rows, first, sizes, lane, s) if goes_on else 0.0
-        turned = r.begins[s] == GOES_ON or switch_fired(rows, first, sizes, lane, s, layout.SLIDES)
+        turned = switch_fired(rows, first, sizes, lane, s, layout.SLIDES)
         if rows[on + s, lane] >= SLIDE and (blunt == 0.0 or turned):
             end, speed = row + p.switches[s, SWITCH_ROWS], max(blunt, slow(rows, first, sizes, lane, s))
             for n in range(tangents):
@@ -446,14 +372,14 @@ def heads(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
 
 
 @apart
-def blunt(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, step: float) -> None:
-    """What slides across its direction at w is brought back at a rate of `sum |S_ij| mu_j N_j / w` at most, which
-    explicit steps of given length can follow where it is below 1/step. What begins to slide has no direction of its
-    own before."""
+def limit_friction_stiffness(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, step: float) -> None:
+    """Set the speed below which friction turns with the direction that was kept. What slides across its direction at w
+    is brought back at a rate of `sum |S_ij| mu_j N_j / w` at most, which explicit steps of given length can follow
+    where it is below 1/step."""
     p, on, memory = r.problem, first.state + layout.on_row(sizes), first.state + layout.memory_row(sizes)
     for s in range(sizes.switches):
         row, rate = p.switches[s, SWITCH_FIRST], 0.0
-        if not _begins(r, s) or rows[on + s, lane] != SLIDE or p.switches[s, SWITCH_TANGENTS] < 2:
+        if rows[on + s, lane] != SLIDE or p.switches[s, SWITCH_TANGENTS] < 2:
             continue
         for other in range(sizes.switches):
             i = p.switches[other, SWITCH_FIRST]

@@ -14,7 +14,7 @@ DEPENDENT = 1e-12  # of a row's own size: a pivot below this is none
 
 
 class Problem(NamedTuple):
-    """S (q, q), free (q,); switches (s, 7): see `layout`; law, friction (mu), bound (s,); direction (q,): d in the rows
+    """S (q, q), free (q,); switches (s, 8): see `layout`; law, friction (mu), bound (s,); direction (q,): d in the rows
     of tangents; x (q,): the impulses, where to begin, 0 without a law, and then the answer; rates (q,): r of them;
     step, best, given, diagonal, anchor (q,), matrix (q, q + 1): to work in. least (s,): what `ROUNDING` is a part of,
     where all that is asked for nearly cancels. laws (s,), start (q,): what was given, where others are tried."""

@@ -9,7 +9,7 @@ from lienumba.compiler.lanes import matrix
 from lienumba.compiler.routines.marks import Integers2, apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.events.search import TOUCH
+from lienumba.integrators.drivers.events.tolerances import CLOSED_GAP_RTOL
 from lienumba.integrators.drivers.switching.grips import Grips
 from lienumba.integrators.drivers.switching.problem import FREE, Problem, eliminate
 from lienumba.integrators.drivers.workspace import Rows
@@ -23,7 +23,6 @@ REACHED = 0.1  # of a change that is asked for: what misses it by more than this
 SLOW = 1e-7  # of the largest speed so far: what slides slower has no direction of its own
 INDEPENDENT, NOISE = 1e-10, 1e-12  # of a row's own size, and of that alone: a pivot below says that others say the same
 RESTS, AT_ONCE, SMOOTHLY = 0.0, 1.0, 2.0  # sliding begins: with an acceleration, or where its limit is just reached
-STOPS, GOES_ON = 3.0, 4.0  # or may have ended, which it has not
 
 
 class Reactions(NamedTuple):
@@ -85,7 +84,7 @@ def number(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, w
 def touches(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, row: int) -> bool:
     """Whether a contact with this normal row does."""
     gap = rows[first.change + layout.border_gaps(sizes) + row, lane]
-    return gap <= TOUCH * number(rows, first, sizes, lane, switch, layout.SIZE)
+    return gap <= CLOSED_GAP_RTOL * number(rows, first, sizes, lane, switch, layout.SIZE)
 
 
 @apart

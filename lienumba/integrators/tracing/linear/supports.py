@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lienumba.compiler.flat import Flat, kept
-from lienumba.integrators.drivers.events.search import TOUCH
+from lienumba.integrators.drivers.events.tolerances import CLOSED_GAP_RTOL
 from lienumba.integrators.drivers.switching.at_rest import VECTORS
 from lienumba.integrators.drivers.switching.problem import FREE, PRESSES, SOLVED
 from lienumba.integrators.layout import SWITCH_FIRST
@@ -77,7 +77,7 @@ class Supports:
         sizes = scales.lengths(model, now) if found else []
         for s, x in enumerate(found):
             friction[s] = model.contacts[x.index].static if x.tangents else 0.0
-            touches = np.asarray(gaps[x.first] <= TOUCH * sizes[x.first]) & ~(turns & (x.tangents > 0))
+            touches = np.asarray(gaps[x.first] <= CLOSED_GAP_RTOL * sizes[x.first]) & ~(turns & (x.tangents > 0))
             on[s] = np.where(touches, STICK if x.tangents else SLIDE, OFF)
         normals = np.cumsum([0, *(x.rows for x in found)])[:-1]
         none = np.zeros(on.shape, bool)

@@ -10,10 +10,9 @@ from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import Limit, Model
 from lienumba.mechanics.system import constraints
 from lienumba.mechanics.system.switched import laws, scales
-from lienumba.mechanics.system.switched.whirls import whirls
 from lienumba.mechanics.system.switches import CONTACT, FRICTION, JOINT, LIMIT, LOCK, Switch, switches_of
 from lienumba.numerics.number import Number, Vector
-from lienumba.numerics.operations import absolute, is_zero, maximum, minimum, sqrt, where
+from lienumba.numerics.operations import absolute, maximum, minimum, sqrt, where
 
 NEVER = (0.0, 0.0)
 NEGLIGIBLE = 1e-12
@@ -29,12 +28,13 @@ TURNED = 0.5  # the cotangent of the angle by which sliding turns before its dir
 
 def conditions(
     model: Model, now: Instant, multipliers: Sequence[Number], accelerations: Sequence[Number], mask: Sequence[Number],
-    S: Sequence[Sequence[Number]], step: Number,
+    adaptive: bool,
 ) -> list[Any]:  # fmt: skip
-    """Two numbers of each switch, true where above 0. The first: what is closed is pulled, what is open overlaps. The
-    second: what sticks is pushed by more than it holds, or, where others hold it, moved by these (m/s or rad/s), what
-    slides slides back or creeps, what is open opens further (m/s). Gaps are relative to their lengths. accelerations:
-    of all bodies (6 k); mask: of all rows of C; S: see `border`, and step (s): of given length, but by collocation."""
+    """The two guard functions of each switch, true where above 0. The first: a closed contact is pulled, an open one
+    overlaps. The second: what sticks carries more than the limit of its friction, or, where others hold it, is moved by
+    these (m/s or rad/s); what slides reverses or creeps; an open gap grows (m/s). Gaps are relative to their lengths.
+    accelerations: of all bodies (6 k); mask: of all rows of C; adaptive: whether a tolerance, or collocation, resolves
+    how friction turns beside rest."""
     first, lengths = constraints.permanent_rows(model), scales.lengths(model, now)
     gaps, rates = constraints.residual(model, now)[first:], constraints.rates(model, now)[first:]
     everything, speeds = (
@@ -42,7 +42,6 @@ def conditions(
         constraints.sizes(model, now)[2][first:],
     )
     found: list[Any] = []
-    slow = {} if is_zero(step) else _slow(model, now, rates, [-mu for mu in multipliers[first:]], S, step)
     for switch in switches_of(model):
         if switch.what in (JOINT, LOCK):
             found += NEVER
@@ -55,10 +54,9 @@ def conditions(
         if switch.tangents > 1:
             rows = range(first + own.start, first + own.stop)[tangents]
             creeps = _creeps(model, now, lengths[switch.first], rates[own][tangents], rows, accelerations)
-            if switch.grips and is_zero(step):  # what began with what is faster goes on until it turns
+            if switch.grips and adaptive:  # what began with what is faster goes on until it turns
                 creeps = where(mode.memory[-1] > 0.0, creeps, back)
             back = maximum(back, creeps)
-            back = maximum(back, slow[switch.name]) if switch.name in slow else back
         pushed = laws.length(reactions[tangents]) - _holds(model, switch, now, reactions)
         if switch.what == FRICTION:
             fast = maximum(speeds[switch.first], _alone(model, switch, now, lengths[switch.first]))
@@ -157,17 +155,6 @@ def _creeps(
     ends, begins = minimum(growing + across, 0.0), maximum(growing - across, 0.0)  # 0 where it turns
     alone = where(pressing > 0.0, (begins / BEGUN - ends / BRAKED) / where(pressing > 0.0, pressing, 1.0), 0.0)
     return least * (1.0 - alone) - speed
-
-
-def _slow(
-    model: Model, now: Instant, rates: Sequence[Number], reactions: Sequence[Number], S: Sequence[Sequence[Number]],
-    step: Number,
-) -> dict[str, Any]:  # fmt: skip
-    """Of contacts with friction where they may have come to rest; see `whirls`."""
-    everything = kinematics.still(now, tuple(range(len(model.bodies))))
-    contacts = [switch for switch in switches_of(model) if switch.what == CONTACT and switch.tangents > 1]
-    kept = {x.name: laws.heading(model, x, everything, now.modes[x.key].memory)[0] for x in contacts}
-    return whirls(model, now, contacts, kept, rates, reactions, S, step)
 
 
 def _holds(model: Model, switch: Switch, now: Instant, reactions: Sequence[Number]) -> Any:

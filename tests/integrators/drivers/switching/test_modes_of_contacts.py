@@ -53,7 +53,7 @@ class Lane:
 
     def modes(self) -> int:
         reactions.read(self.r, *self.place)
-        return modes.decide(self.r, *self.place, 0.0)
+        return modes.decide(self.r, *self.place)
 
     @property
     def place(self) -> tuple[Any, ...]:

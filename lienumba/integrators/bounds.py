@@ -5,8 +5,8 @@ from typing import Any
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, kernel, maximum
 
-FARTHEST = 4.0  # times what a signal changes by in two steps: inside of them it goes no farther
-EVEN = 2.0  # times another rate, or less: about as large
+CHANGE_SAFETY = 4.0  # times what a signal changes by in two steps: inside of them it goes no farther
+MONOTONE_RATIO = 2.0  # times another rate, or less: about as large
 
 
 @kernel
@@ -19,4 +19,4 @@ def by_rates(low: Number, high: Number, change: Number) -> Any:
 @kernel
 def by_changes(change: Number, before: Number) -> Any:
     """change, before: by how much it changed in this step and in the one before."""
-    return FARTHEST * (absolute(change) + absolute(before))
+    return CHANGE_SAFETY * (absolute(change) + absolute(before))

@@ -1,0 +1,32 @@
+"""Tolerances of event location. Those of the hysteresis, which measures share, are in `integrators.hysteresis`."""
+
+CLOSED_GAP_RTOL = 1e-9  # relative to the length of a contact: a gap that is not wider is closed
+SEPARATING_GAP_RTOL = 1e-6  # the same, of a contact that separates: its step was cut a little behind the impact
+CONTACT_ROUNDOFF = 1e-12  # relative to the largest force, the largest speed so far, or a length
+GUARD_ROUNDOFF = 1e-14  # in the unit of a guard function: of one that is locked at 0
+OSCILLATION_RATIO = 2.5  # a step times the largest rate so far, relative to the largest value: nearly half a period
+RESOLVED_GROWTH = 1.2  # forces are resolved in steps up to so many times as long as the longest one in which they were
+CUT_BEHIND = 2.0**-23  # of a step: it is cut so much behind a crossing, so that a closing gap is no roundoff at its end
+NEAR_CUT = 2.0**-22  # of a step that was cut by less than half: the crossing is so near to its end
+SHORTEST_PART = 2.0**-14  # of a step: parts are not halved further
+WIDEST_PART = 2.0**-6  # of a run: a shorter pulse of a force may be missed while everything rests
+PART_END = 2.0**-30  # of a step: a part that ends so near to its end goes on to it
+GUARD_INTERPOLATION_RTOL = 5e-3  # relative to what a guard function changes by in a part
+GUARD_VALUE_RTOL = 1e-3  # relative to its distance from 0: an interpolation error that does not matter
+ERROR_SAFETY = 5.0  # between nodes the interpolation error may be so many times what was seen; kinks need 2.3
+RANGE_SAFETY = 20.0  # an unresolved guard function may change by so many times what was seen
+KINK_RTOL = 1e-9  # relative to what a guard function changes by in a part: a smaller error hides no kink
+DOUBLING_RATIO = 2.0**-5  # of the tolerance: the error of order 5 in a part half as long
+CELLS = 4  # of an interval between nodes, in each of which the polynomial has one extreme at most
+MAX_PARTS = 2**16  # of a step
+MAX_TRIES = 48  # evaluations in search of a maximum
+TIME_ULP = 2.0**-52  # relative to a time: two that differ by less are the same number
+EXACT_EDGE = 1e-3  # of a step: nearer to its ends the continuous extension is as good as the step
+CUT_ACCURACY = 2.0**-24  # of a step: of a crossing behind which it will be cut
+MAX_EVALUATIONS = 200  # in search of a root
+SHORTEST_SECANT = 0.0625  # of a bracket: a shorter first secant step is replaced by halving
+SHORTEST_CARRIED = 2.0**-14  # of a run: in a longer step no joint that sticks is moved by others unnoticed
+SHORTEST_RETRIED = 2.0**-30  # of a run: a shorter step at whose end friction gains energy is not tried again
+NEXT_TIME = 1.0 + 2.0**-49  # times a time: later by roundoff
+REVERSAL_RTOL = 2.0**-30  # relative to a time: an event that was reset so shortly before is reversed by another one
+SIMULTANEOUS_RTOL = 2.0**-46  # relative to a time, or a step: events so near to one another are at one time
