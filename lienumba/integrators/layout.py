@@ -40,15 +40,12 @@ T = 2  # the time (s)
 H = 3  # the step to be tried (s)
 JUMP = 4  # the next discontinuity (s), on which a step has to end
 GRID = 5  # how many steps of given length have been done
-UNTIL = 6  # the end of the current step (s)
-DUE = 7  # the time that is stored next (s)
+UNTIL, DUE = 6, 7  # the end of the current step (s), and the time that is stored next (s)
 BUSY = 8  # whether the lane has a run
 FRESH = 9  # whether that has just begun; BEGINS as long as it has no events yet
 BEGINS = 2.0
 STALE = 10  # whether F is not known at the state
-TRIAL = 11  # the code of the step
-STATUS = 12  # of the run
-BACK = 13  # whether the last step was rejected
+TRIAL, STATUS, BACK = 11, 12, 13  # the code of the step, that of the run, and whether the last step was rejected
 ACCEPTED, REJECTED = 14, 15  # how many steps were
 PICKED = 16  # a selection of lanes, for code that goes through them one by one
 CUT = 17  # the time (s) of a change, on which the step is to end
@@ -59,8 +56,7 @@ NEAR_END = 23  # whether crossings were located next to the end of a step that w
 MARK, TRIED = 24, 25  # when (s), and after how many steps, the run had last got on
 SEEN = 26  # 1: signals go on from the last step; 0: they may have jumped; -1: bodies have
 ROOT, LOOKED, PASSES = 27, 28, 29  # the root of the margin, when (s), and the singular position (s) by that
-FREES = 30  # whether a change only releases constraints that are in use
-STRODE = 31  # how long (s) the last step was
+FREES, STRODE = 30, 31  # whether a change only releases constraints that are in use; how long (s) the last step was
 RESOLVED = 32  # the longest part (s) of a step in which samples resolved all guard functions, since the last change
 LANES = 33
 
@@ -87,16 +83,14 @@ OPENS, SLIDES, CONDITIONS = range(3)  # its guard functions; see `switched.turni
 ACTION = 0  # RECORDS, LOCKS, ENGAGES, RELEASES or SETS
 TARGET, TARGETS = 1, 2  # the first of its targets among those of all events, and how many: switches, or rows of states
 VALUE, ONCE = 3, 4  # the first of its values, and whether it acts only once
-NEEDS = 5  # the switch that has to be on for that, -1 if none has
-WRITTEN = 6  # whether its condition is of the scenario, not of a limit of an input
+NEEDS, WRITTEN = 5, 6  # the switch that has to be on, -1 if none; whether its condition is of the scenario
 ACT_NUMBERS = 7
 RECORDS, LOCKS, ENGAGES, RELEASES, SETS = range(5)
 
 # Rows of what is known of each event: see `peak_row`.
 PEAK, EXTENT = 0, 1  # the largest value of its guard function since that is above 0, and its largest size at all
 RATE, END_RATE = 2, 3  # its rates at the start and at the end of the current step (1/s), NaN where not known
-SWIFTEST = 4  # the largest size of these so far
-LAPSED = 5  # when (s) a change last made it false
+SWIFTEST, LAPSED = 4, 5  # the largest size of its rates so far, and when (s) a change last made it false
 PEAKS = 6
 POINTS, GUARD_NODES = 5, 9  # Lobatto's, and samples of guard functions in a part of a step
 # Rows of each guard function while a step is subdivided, see `search_row`.
@@ -280,6 +274,12 @@ def search_row(sizes: Sizes, which: int) -> int:
     """Behind that, of each guard function whether it is ABOVE_ZERO as far as the step has been walked along, and
     the last place (a fraction of the step) at which it was not above 0, with its value there."""
     return node_row(sizes, GUARD_NODES + which)
+
+
+@kernel
+def node_rate_row(sizes: Sizes, node: int) -> int:
+    """Behind that, the rates of the guard functions of events at the nodes (1/s)."""
+    return search_row(sizes, SEARCHES) + sizes.events * node
 
 
 @kernel
@@ -490,7 +490,7 @@ def workspace(sizes: Sizes) -> Workspace:
     lanes = clock + CLOCK
     u = lanes + LANES
     places = u + sizes.coordinates * sizes.elements + sizes.augmented + 1
-    table = places + search_row(sizes, SEARCHES)
+    table = places + node_rate_row(sizes, GUARD_NODES)
     change = table + table_rows(sizes.exchangeable)
     measures = change + change_rows(sizes)
     parameters = measures + measure_rows(sizes)

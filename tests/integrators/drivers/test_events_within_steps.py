@@ -141,6 +141,28 @@ def test_what_it_does_is_done(integrator: dict[str, Any], action: str) -> None:
         np.testing.assert_allclose(there, expected, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.parametrize("action", ["record", "set"])
+@pytest.mark.parametrize("integrator", [LONG[0], *LONG[3:]], ids=str)
+def test_windows_of_any_width_are_found(integrator: dict[str, Any], action: str) -> None:
+    """1e-3 to 1e-8 wide, in steps of up to 10 m: the rates at two samples say that a window is between them. Narrower
+    than what a step is cut behind a change, it is over at the end of that step."""
+    does = {"action": action} | ({"parameters": {"push": 1}} if action == "set" else {})
+    ds = simulated(
+        {
+            "bodies": [BODY | {"position": [0, 0, 0], "velocity": [1, 0, 0]}],
+            "forces": [{"type": "force", "body": "b", "value": ["push", 0, 0]}],
+        },
+        [{"name": "within", "when": "p.x > at and p.x < at + wide", **does}],
+        integrator | {"end_time": 10.0},
+        quantities=[PLACE],
+        parameters={"at": 1.0, "wide": 1e-3, "push": 0.0},
+        sweep=parts.table(
+            {"parameters.at": np.linspace(0.31, 9.67, 40).tolist(), "parameters.wide": [1e-3, 1e-8] * 20}
+        ),
+    )
+    np.testing.assert_allclose(ds["event_time"][:, 0], ds["parameters.at"], rtol=1e-12)
+
+
 def test_what_rests_is_no_event() -> None:
     """Beside 0 by rounding in every step."""
     ds = simulated(

@@ -10,9 +10,11 @@ something happens that ends the step.
 
 from typing import Any, NamedTuple
 
-from lienumba.compiler.lanes import Lanes, Mask, any_lane, choose, load, splat, store
+import numpy as np
+
+from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, choose, load, splat, store
 from lienumba.compiler.routines.marks import apart, inlined
-from lienumba.compiler.rows import W
+from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.dense_output import between
@@ -48,6 +50,7 @@ from lienumba.integrators.layout import (
     ABOVE_ZERO,
     ACTION,
     CUT,
+    END_RATE,
     GUARD_NODES,
     LENGTH,
     LOW_PLACE,
@@ -55,6 +58,7 @@ from lienumba.integrators.layout import (
     NEAR_END,
     PICKED,
     POINTS,
+    RATE,
     RECORDS,
     RESOLVED,
     UNTIL,
@@ -90,6 +94,21 @@ def _set_node(context: Context, n: int, k: int, value: Lanes, lanes: Mask) -> No
 
 
 @inlined
+def _rate_at_node(context: Context, n: int, k: int) -> Any:
+    """The rate of the nth guard function at a node (1/s), NaN where it is not known."""
+    if n >= context.sizes.events:
+        return splat(np.nan)
+    return load(context.at.conditions, layout.node_rate_row(context.sizes, k) + n)
+
+
+@inlined
+def _set_rates(context: Context, k: int, rates: Address, lanes: Mask) -> None:
+    """Set the rates at a node to those that begin at an address."""
+    row = layout.node_rate_row(context.sizes, k)
+    stages.commit(lanes, context.at.conditions + ROW * row, rates, context.sizes.events)
+
+
+@inlined
 def ends_step(context: Context, n: int) -> bool:
     """Whether a crossing of the nth guard function ends the step: it stops the run, or changes the mechanism."""
     return n >= context.sizes.events or context.plan.stops[n] != 0 or context.plan.acts[n, ACTION] != RECORDS
@@ -121,6 +140,8 @@ def locate(context: Context, runs: ChunkRuns, queue: Queue, end: float, lanes: M
     if any_lane(subdivided):
         for n in range(layout.conditions(context.sizes)):
             _set_node(context, n, 0, start_value(context, n), subdivided)
+        rates = layout.peak_row(context.sizes) + RATE * context.sizes.events
+        _set_rates(context, 0, context.at.conditions + ROW * rates, subdivided)
         subdivide(context, runs, queue, splat(0.0), splat(1.0), end, subdivided)
 
 
@@ -139,6 +160,7 @@ def count_repeats(context: Context, runs: ChunkRuns, queue: Queue, end: float, l
             begin = choose(left, (load(context.at.conditions, row) - t) / length, 0.0)
             evaluate(context, begin)
             _set_node(context, n, 0, maximum(load(context.at.following, n), splat(HOLDS)), left)
+            _set_rates(context, 0, context.at.following + ROW * layout.rate_row(context.sizes), left)
             store(context.at.conditions, row, choose(left, splat(POSSIBLE), load(context.at.conditions, row)))
             subdivide(context, runs, queue, begin, (until - t) / length, end, left)
             left = left & (load(context.at.conditions, row) < NEVER)
@@ -194,6 +216,8 @@ def subdivide(
                 ends = asked & (crossed > 0.0) & _are_ends(context, n)
                 first_end = choose(ends, minimum(first_end, crossed), first_end)
             _set_node(context, n, 0, _at_node(context, n, GUARD_NODES - 1), done)
+        last = layout.node_rate_row(context.sizes, GUARD_NODES - 1)
+        _set_rates(context, 0, context.at.conditions + ROW * last, done)
         begin = choose(done, begin + width, begin)
         begin = choose(begin > end - PART_END, end, begin)
         width = choose(done, choose(easy > 0.0, 2.0 * width, width), 0.5 * width)
@@ -262,6 +286,9 @@ def _sample(context: Context, begin: Lanes, width: Lanes, lanes: Mask) -> None:
             if k == last:
                 value = choose(begin + width >= 1.0, end_value(context, n), value)
             _set_node(context, n, k, value, lanes)
+        _set_rates(context, k, context.at.following + ROW * layout.rate_row(context.sizes), lanes)
+    end_rates = layout.peak_row(context.sizes) + END_RATE * context.sizes.events
+    _set_rates(context, last, context.at.conditions + ROW * end_rates, lanes & (begin + width >= 1.0))
 
 
 @apart
@@ -308,9 +335,14 @@ def _cross_in_part(context: Context, runs: ChunkRuns, queue: Queue, n: int, part
         x = _maximum_between(_node(k - 1), _node(k), side, o, p, q, r)
         top = side * (middle + risen(2.0 * x - 1.0, o, p, q, r)) + ERROR_SAFETY * error
         may = left & (x > 0.0) & (f0 <= beyond) & (f1 <= beyond) & (top > beyond)
-        if any_lane(may):
+        turns = left & (f0 <= beyond) & (f1 <= beyond) & (_rate_bound(context, n, k, side, part, f0, f1) > beyond)
+        if any_lane(may | turns):
             bracket = Bracket(splat(_node(k - 1)), splat(_node(k)), f0, f1)
-            place, top = _maximise(context, n, side, beyond, part, bracket, x, may)
+            place, top = _turn(context, n, k, side, part, turns)
+            if any_lane(may):
+                other, value = _maximise(context, n, side, beyond, part, bracket, x, may)
+                place, top = choose(turns, place, other), choose(turns, top, value)
+            may = may | turns
             up, down = may & (top > beyond) & (true == 0.0), may & (top > beyond) & (true > 0.0)
             high, f_high = choose(up, place, high), choose(up, top, f_high)
             low, f_low, true = choose(down, place, low), choose(down, -top, f_low), choose(down, splat(0.0), true)
@@ -390,6 +422,31 @@ def _maximise(
         x3, f3 = _replace(lower & later, x, f, x3, f3)
         x2, f2 = _replace(left & higher, x, f, x2, f2)
     return part.begin + x2 * part.width, f2
+
+
+@apart
+def _turn(context: Context, n: int, k: int, side: Lanes, part: Part, lanes: Mask) -> tuple[Any, Any]:
+    """Where between two nodes the rate of the nth guard function passes 0, in these lanes, as a fraction of the step,
+    and the guard function there, times a sign."""
+    low, high = part.begin + _node(k - 1) * part.width, part.begin + _node(k) * part.width
+    bracket = Bracket(low, high, _rate_at_node(context, n, k - 1), _rate_at_node(context, n, k))
+    place = high
+    if any_lane(lanes):
+        row = layout.rate_row(context.sizes) + n
+        place = find_root(context, layout.EVENTS, row, bracket, splat(0.0) > 1.0, lanes)
+        evaluate(context, place)
+    return place, side * load(context.at.following, n)
+
+
+@inlined
+def _rate_bound(
+    context: Context, n: int, k: int, side: Lanes, part: Part, f0: Lanes, f1: Lanes
+) -> Any:  # fmt: skip
+    """How large the nth guard function, times a sign, may be between two nodes, by its tangents there; -infinite where
+    these do not say that it turns."""
+    r0, r1 = side * _rate_at_node(context, n, k - 1), side * _rate_at_node(context, n, k)
+    time = (_node(k) - _node(k - 1)) * part.width * load(context.at.clock, LENGTH)
+    return choose((r0 > 0.0) & (r1 < 0.0), maximum(f0 + time * r0, f1 - time * r1), splat(-NEVER))
 
 
 @inlined
