@@ -93,9 +93,9 @@ RATE, END_RATE = 2, 3  # its rates at the start and at the end of the current st
 SWIFTEST, LAPSED = 4, 5  # the largest size of its rates so far, and when (s) a change last made it false
 PEAKS = 6
 POINTS, GUARD_NODES = 5, 9  # Lobatto's, and samples of guard functions in a part of a step
-# Rows of each guard function while a step is subdivided, see `search_row`.
-ABOVE_ZERO = 0  # whether it is, as far as the step has been searched
-LOW_PLACE, LOW_VALUE = 1, 2  # the last fraction of the step at which it was not above 0, and its value there
+# Rows of each guard function behind its nodes, while a step is subdivided.
+ABOVE_ZERO = GUARD_NODES  # whether it is, as far as the step has been searched
+LOW_PLACE, LOW_VALUE = GUARD_NODES + 1, GUARD_NODES + 2  # the last fraction at which it was not, and its value there
 SEARCHES = 3
 
 # A record of a run as a whole: how, of which signal while which other one is above 0 (-1: of none, always), of which
@@ -265,21 +265,14 @@ def rise_row(sizes: Sizes) -> int:
 
 @kernel
 def node_row(sizes: Sizes, node: int) -> int:
-    """Behind that, all guard functions at a node of a part of the step."""
+    """Behind that, all guard functions at a node of a part of the step; behind the nodes ABOVE_ZERO and so on."""
     return rise_row(sizes) + conditions(sizes) * (1 + node)
-
-
-@kernel
-def search_row(sizes: Sizes, which: int) -> int:
-    """Behind that, of each guard function whether it is ABOVE_ZERO as far as the step has been walked along, and
-    the last place (a fraction of the step) at which it was not above 0, with its value there."""
-    return node_row(sizes, GUARD_NODES + which)
 
 
 @kernel
 def node_rate_row(sizes: Sizes, node: int) -> int:
     """Behind that, the rates of the guard functions of events at the nodes (1/s)."""
-    return search_row(sizes, SEARCHES) + sizes.events * node
+    return node_row(sizes, GUARD_NODES + SEARCHES) + sizes.events * node
 
 
 @kernel

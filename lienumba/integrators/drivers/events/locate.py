@@ -84,6 +84,7 @@ def _node(k: int) -> float:
 
 @inlined
 def _at_node(context: Context, n: int, k: int) -> Any:
+    """The nth guard function at a node; behind the nodes what is remembered of it from part to part."""
     return load(context.at.conditions, layout.node_row(context.sizes, k) + n)
 
 
@@ -199,9 +200,9 @@ def subdivide(
     widest, first_end = choose(_watches_forces(context), WIDEST_PART * end_time / length, 1.0), _first_end(context)
     for n in range(layout.conditions(context.sizes)):
         start = _at_node(context, n, 0)
-        _set_search(context, n, ABOVE_ZERO, choose(start > 0.0, splat(1.0), 0.0), lanes)
-        _set_search(context, n, LOW_PLACE, begin, lanes)
-        _set_search(context, n, LOW_VALUE, start, lanes)
+        _set_node(context, n, ABOVE_ZERO, choose(start > 0.0, splat(1.0), 0.0), lanes)
+        _set_node(context, n, LOW_PLACE, begin, lanes)
+        _set_node(context, n, LOW_VALUE, start, lanes)
     width = minimum(end - begin, widest)
     for _ in range(MAX_PARTS):
         if not any_lane(left):
@@ -309,7 +310,7 @@ def _resolution(context: Context, n: int) -> tuple[Lanes, Lanes, Lanes]:
     """Of the nth guard function in a part, 1 or 0: whether the polynomial is wrong between the nodes, whether that may
     hide a crossing, and whether it would be right in a part twice as long."""
     error, least, most = _interpolation_error(context, n)
-    true = _search(context, n, ABOVE_ZERO) > 0.0
+    true = _at_node(context, n, ABOVE_ZERO) > 0.0
     nearest, beyond = choose(true, -least, most), threshold(context, n, true)
     hides = (nearest <= beyond) & (nearest + ERROR_SAFETY * error > beyond) & (error > KINK_RTOL * (most - least))
     wrong = (error > GUARD_INTERPOLATION_RTOL * (most - least)) & (error > GUARD_VALUE_RTOL * absolute(nearest))
@@ -322,7 +323,11 @@ def _resolution(context: Context, n: int) -> tuple[Lanes, Lanes, Lanes]:
 def _cross_in_part(context: Context, runs: ChunkRuns, queue: Queue, n: int, part: Part, lanes: Mask) -> Lanes:
     """Locate the first upward crossing of the nth guard function in a part that is resolved, also one that follows a
     fall below zero. Returns the fraction of the step at which it is, -1 where there is none."""
-    true, low, f_low = _search(context, n, ABOVE_ZERO), _search(context, n, LOW_PLACE), _search(context, n, LOW_VALUE)
+    true, low, f_low = (
+        _at_node(context, n, ABOVE_ZERO),
+        _at_node(context, n, LOW_PLACE),
+        _at_node(context, n, LOW_VALUE),
+    )
     high, f_high, left = splat(-1.0), splat(0.0), lanes
     rises, falls = threshold(context, n, splat(0.0) > 1.0), threshold(context, n, splat(0.0) < 1.0)
     middle, error = _at_node(context, n, 4), _interpolation_error(context, n)[0]
@@ -355,25 +360,13 @@ def _cross_in_part(context: Context, runs: ChunkRuns, queue: Queue, n: int, part
         true = choose(left & (true > 0.0) & (value < -falls), splat(0.0), true)
         below = left & (true == 0.0) & (value <= 0.0)
         low, f_low = choose(below, x1, low), choose(below, value, f_low)
-    _set_search(context, n, ABOVE_ZERO, true, lanes)
-    _set_search(context, n, LOW_PLACE, low, lanes)
-    _set_search(context, n, LOW_VALUE, f_low, lanes)
+    _set_node(context, n, ABOVE_ZERO, true, lanes)
+    _set_node(context, n, LOW_PLACE, low, lanes)
+    _set_node(context, n, LOW_VALUE, f_low, lanes)
     found = lanes & (high > 0.0)
     if any_lane(found):
         _store_root(context, runs, queue, n, Bracket(low, high, f_low, f_high), found)
     return high
-
-
-@inlined
-def _search(context: Context, n: int, which: int) -> Any:
-    """What is remembered of the nth guard function from part to part."""
-    return load(context.at.conditions, layout.search_row(context.sizes, which) + n)
-
-
-@inlined
-def _set_search(context: Context, n: int, which: int, value: Lanes, lanes: Mask) -> None:
-    row = layout.search_row(context.sizes, which) + n
-    store(context.at.conditions, row, choose(lanes, value, load(context.at.conditions, row)))
 
 
 @inlined

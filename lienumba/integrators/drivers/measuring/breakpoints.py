@@ -44,7 +44,7 @@ def guards_need_refinement(context: Context, record: Record, part: Subinterval) 
 
 @apart
 def _zero(
-    context: Context, part: Subinterval, guard: int, begin: Lanes, end: Lanes, before: Lanes, after: Lanes, lanes: Mask
+    context: Context, guard: int, begin: Lanes, end: Lanes, before: Lanes, after: Lanes, lanes: Mask
 ) -> Lanes:  # fmt: skip
     """Directly behind the zero of a guard between two fractions of the step, at which it has these values."""
     place, inside = end, lanes & (absolute(after) > 0.0)
@@ -90,7 +90,7 @@ def _first_crossing(context: Context, part: Subinterval, guard: int, lanes: Mask
     crosses = lanes & (begin != NOWHERE)
     found = splat(NOWHERE)
     if any_lane(crosses):
-        found = choose(crosses, _zero(context, part, guard, begin, end, before, after, crosses), found)
+        found = choose(crosses, _zero(context, guard, begin, end, before, after, crosses), found)
     return found
 
 
