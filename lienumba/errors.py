@@ -147,3 +147,7 @@ class ScenarioError(Exception):
 
 class ClusterError(Exception):
     """A cluster is gone in the middle of its work: `str(error)` is the finished message."""
+
+
+class ResultWarning(UserWarning):
+    """Good runs that are not accurate: `str(warning)` names the certificate, the runs and the remedy."""

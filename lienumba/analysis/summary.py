@@ -15,9 +15,8 @@ from lienumba.analysis.weights import kept_of, weights_of, weights_told
 from lienumba.batch.statuses import GOOD, SUCCESS
 from lienumba.errors import ScenarioError
 from lienumba.integrators.codes import UNSTABLE
-from lienumba.store.layout import RUN, VARIABLES
+from lienumba.store.layout import RELATIVE_DRIFT, RUN, VARIABLES
 from lienumba.store.study_layout import is_study
-from lienumba.store.windows import windows
 from lienumba.sweep.weighted import quantiles
 from lienumba.words import listed, plural
 
@@ -66,9 +65,9 @@ class Summary:
 
     unknown: of which summaries runs have no number;
     stopped: what made the sweep end before all its runs were done; stiff, chatters: what made steps short; unstable:
-    that runs start in equilibria that they leave; weights:
-    what those of the runs mean; not_unique: the joints and drivers whose reactions are not. The relative energy drift
-    of a run is its largest energy residual over its largest kinetic energy.
+    that runs start in equilibria that they leave; warnings: good runs that are not accurate; weights: what those of
+    the runs mean; not_unique: the joints and drivers whose reactions are not. The relative energy drift of a run is its
+    largest energy residual over the energy that was exchanged, the range of its kinetic energy.
     """
 
     title: str
@@ -90,6 +89,7 @@ class Summary:
     stiff: str = ""
     chatters: str = ""
     unstable: str = ""
+    warnings: tuple[str, ...] = ()
     weights: str = ""
     ended: tuple[Quantiles, ...] = ()
     events: tuple[Happened, ...] = ()
@@ -137,6 +137,7 @@ def summarise(ds: xr.Dataset) -> Summary:
         stiff=str(ds.attrs.get("stiff", "")),
         chatters=str(ds.attrs.get("chatters", "")),
         unstable=_unstable(ds),
+        warnings=tuple(str(ds.attrs.get("warnings", "")).splitlines()),
         runs=len(status),
         good=int(good.sum()),
         spread=int((good & sampled).sum()),
@@ -156,7 +157,7 @@ def summarise(ds: xr.Dataset) -> Summary:
         max_position_violation=_maximum(ds, "max_position_violation", good),
         max_velocity_violation=_maximum(ds, "max_velocity_violation", good),
         max_energy_drift=_maximum(ds, "max_energy_drift", good),
-        max_relative_energy_drift=_relative_drift(ds, good),
+        max_relative_energy_drift=_maximum(ds, RELATIVE_DRIFT, good),
         not_unique=next((str(x.attrs["not_unique"]) for x in ds.data_vars.values() if "not_unique" in x.attrs), ""),
     )
 
@@ -271,18 +272,3 @@ def _reached_a_stored_time(ds: xr.Dataset, which: np.ndarray) -> bool:
     if "time" not in ds or "end_time" not in ds or not ds["time"].size:
         return True
     return bool((ds["end_time"].values[which] >= ds["time"].values.min()).any())
-
-
-def _relative_drift(ds: xr.Dataset, good: np.ndarray) -> float | None:
-    """The largest energy residual of a run by its largest kinetic energy: the largest of all good runs that have some
-    stored."""
-    names = ["energy_residual", "kinetic_energy"]
-    if any(name not in ds or ds[name].dims != (*RUN, "time") for name in names) or not good.any():
-        return None
-    drifts = []
-    for window in windows(ds, names, which=good):
-        residual, kinetic = (np.fmax.reduce(abs(window[name].values), axis=1) for name in names)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            drifts.append(np.where(kinetic > 0.0, residual / kinetic, np.where(residual == 0.0, 0.0, np.nan)))
-    largest = float(np.fmax.reduce(np.concatenate(drifts)))
-    return None if np.isnan(largest) else largest

@@ -87,7 +87,17 @@ def largest(summary: Summary) -> Iterator[tuple[str, float, str]]:
             yield name, value, unit
 
 
-def not_unique(summary: Summary) -> str:
-    """What is to be said of reactions; empty if they are unique."""
-    text = f"reactions not unique: {summary.not_unique}; those of least norm are stored"
-    return text if summary.not_unique else ""
+def remarks(summary: Summary) -> list[str]:
+    """Sentences about the whole sweep: warnings first, then what is special about it."""
+    reactions = f"reactions not unique: {summary.not_unique}; those of least norm are stored"
+    found = (
+        *(f"warning: {sentence}" for sentence in summary.warnings),
+        reactions if summary.not_unique else "",
+        summary.unknown,
+        summary.stopped,
+        summary.stiff,
+        summary.chatters,
+        summary.unstable,
+        summary.weights,
+    )
+    return [sentence for sentence in found if sentence]

@@ -14,8 +14,8 @@ from lienumba.analysis.summary_rows import (
     happened_headings,
     happened_times,
     largest,
-    not_unique,
     quantile_rows,
+    remarks,
 )
 from lienumba.analysis.text_table import NUMBER, UNIT, WORD, TextTable
 from lienumba.words import listed, plural
@@ -66,19 +66,7 @@ def parts(summary: Summary, file: str = "") -> Iterator[str | Table]:
     if summary.kept:
         yield _quantiles("of each run", quantile_rows(summary.kept, summary.spread))
     errors = ", ".join(f"{name} {value:.1e} {unit}".rstrip() for name, value, unit in largest(summary))
-    yield from filter(
-        None,
-        [
-            f"largest {errors}" if errors else "",
-            not_unique(summary),
-            summary.unknown,
-            summary.stopped,
-            summary.stiff,
-            summary.chatters,
-            summary.unstable,
-            summary.weights,
-        ],
-    )
+    yield from filter(None, [f"largest {errors}" if errors else "", *remarks(summary)])
 
 
 def _events(summary: Summary) -> Table:

@@ -60,6 +60,18 @@ class Course:
         )
 
 
+LEAST_EXCHANGE = 1e-3  # of the largest kinetic energy: what spins freely exchanges none
+ROUNDOFF = 1e-9  # of potential energy and work: what rests has no kinetic energy, and a residual of roundoff
+
+
+def energy_scale(kinetic: Course, potential: Course, work: Course) -> np.ndarray:
+    """With which an energy residual compares (J) (blocks, W): the range of the kinetic energy."""
+    largest, roundoff = kinetic.largest, np.fmax(potential.largest, work.largest)
+    exchanged = largest - kinetic.extreme(np.fmin)
+    scale: np.ndarray = np.fmax(exchanged, np.fmax(LEAST_EXCHANGE * largest, ROUNDOFF * roundoff))
+    return scale
+
+
 Statistic = Callable[[Course], np.ndarray]
 
 

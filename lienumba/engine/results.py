@@ -14,7 +14,7 @@ import numpy as np
 
 from lienumba.batch.integrate import Chunk
 from lienumba.batch.records import Layout, per_run
-from lienumba.batch.statistics import MEANINGS, STATISTICS
+from lienumba.batch.statistics import MEANINGS, STATISTICS, energy_scale
 from lienumba.batch.statuses import GOOD, INVALID, NOT_ASSEMBLED, UNDEFINED
 from lienumba.engine.fields.field import Field, changes_told, fates, measured
 from lienumba.engine.fields.reducers import reduced
@@ -30,7 +30,18 @@ from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.design import weights
 from lienumba.scenario.start.prepare import Nominal
 from lienumba.store import layout, provenance
-from lienumba.store.layout import FULL, MARGIN, MET, RUN, SERIES, VARIABLES, WEIGHT, Variable, is_taken
+from lienumba.store.layout import (
+    FULL,
+    MARGIN,
+    MET,
+    RELATIVE_DRIFT,
+    RUN,
+    SERIES,
+    VARIABLES,
+    WEIGHT,
+    Variable,
+    is_taken,
+)
 from lienumba.store.names import INPUT, NOT_OF_A_NAME, Name, Names, kind_of, names_in, with_failed
 from lienumba.store.shards import LABEL
 
@@ -129,7 +140,7 @@ class Results:
         """How runs ended, and what the whole dataset has one of for each run."""
         start = self.resolved.data.model.start
         resting = start is not None and start.resting
-        found = [*fates(self.model, self.changes, resting), *map(self._largest, kept_largest())]
+        found = [*fates(self.model, self.changes, resting), *map(self._largest, kept_largest()), self._relative_drift()]
         return [*found, *(self._last(x.name) for x in kept_at_end())]
 
     def _at_events(self) -> Iterator[Field]:
@@ -157,6 +168,20 @@ class Results:
             (),
             lambda chunk, program: self.layout.largest(name, chunk, program, np.unique([0.0, *self.times])),
         )
+
+    def _relative_drift(self) -> Field:
+        """The largest energy residual by the energy that was exchanged; see `energy_scale`."""
+
+        def value(chunk: Chunk, program: Outline) -> np.ndarray:
+            times = np.unique([0.0, *self.times])
+            names = ("energy_residual", "kinetic_energy", "potential_energy", "work")
+            courses = (self.layout.course(name, chunk, program, times) for name in names)
+            residual, *energies = courses
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                drift = np.where(residual.largest == 0.0, 0.0, residual.largest / energy_scale(*energies))
+            return per_run(drift, len(chunk.codes))
+
+        return Field(RELATIVE_DRIFT, VARIABLES[RELATIVE_DRIFT], (), value)
 
     def _last(self, name: str) -> Field:
         def value(chunk: Chunk, program: Outline) -> np.ndarray:

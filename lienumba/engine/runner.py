@@ -12,7 +12,7 @@ from lienumba.engine.cluster import connection
 from lienumba.engine.cores import usable_cores
 from lienumba.engine.part import share_of
 from lienumba.engine.progress import shown
-from lienumba.errors import ClusterError, ScenarioError
+from lienumba.errors import ClusterError, ResultWarning, ScenarioError
 from lienumba.scenario.base.arguments import check_count, labels_of
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.start.never import warnings_of
@@ -97,7 +97,7 @@ def run(
     ScenarioError
         For bad input, with all that is wrong, before anything runs.
     """
-    from lienumba.engine import study
+    from lienumba.engine import result_warnings, study
     from lienumba.engine.simulate import Progress
     from lienumba.store.files import read
     from lienumba.store.outputs import write
@@ -135,9 +135,13 @@ def run(
             return dataset
         compute = stack.enter_context(_computing(resolved, workers, dask))
         if own is None:
-            return in_memory(resolved, runs_of(resolved, labels), compute, tell)
-        on_disk(resolved, labels, compute, tell, own, resume, overwrite, workers)
-        return read(own.target)
+            dataset = in_memory(resolved, runs_of(resolved, labels), compute, tell)
+        else:
+            on_disk(resolved, labels, compute, tell, own, resume, overwrite, workers)
+            dataset = read(own.target)
+        for sentence in result_warnings.of(dataset) if told else ():
+            warnings.warn(sentence, ResultWarning, stacklevel=2)
+        return dataset
 
 
 def check_workers(workers: int | None) -> None:
@@ -171,6 +175,7 @@ def in_memory(
     resolved: Scenario, runs: "Runs", compute: "Compute", tell: "Tell", results: "Results | None" = None
 ) -> "xr.Dataset":
     """The dataset of these runs; results: what is kept of them, if it is known."""
+    from lienumba.engine import result_warnings
     from lienumba.engine.linear import short_steps
     from lienumba.engine.memory import Memory
     from lienumba.engine.requirements import attributes
@@ -195,6 +200,7 @@ def in_memory(
 
     said = enough.attributes() | attributes(resolved, runs.labels, column)
     said |= short_steps.attributes(resolved, runs, memory.some)
+    said |= result_warnings.attributes(resolved, runs.labels, column)
     return results.dataset(columns, runs.labels, runs.samples, len(runs.labels), **said)
 
 
@@ -209,6 +215,7 @@ def on_disk(
     threads: int,
 ) -> None:
     """Write the dataset of these runs, and of those that are there already; threads: that compress."""
+    from lienumba.engine import result_warnings
     from lienumba.engine.disk.background_writer import background_writer
     from lienumba.engine.disk.resume import manifest
     from lienumba.engine.disk.sweep_files import Arrived, sweep_files
@@ -254,7 +261,12 @@ def on_disk(
             runs = runs.part(enough.kept(runs.labels) | np.isin(runs.labels, there.older))
             total, failed = len(runs.labels), there.failed()
             of_these = np.isin(there.labels, runs.labels)
-            said = attributes(resolved, runs.labels, lambda name, place: there.column(name, place)[of_these])
+
+            def column(name: str, place: tuple[int, ...]) -> np.ndarray:
+                return there.column(name, place)[of_these]
+
+            said = attributes(resolved, runs.labels, column)
+            said |= result_warnings.attributes(resolved, runs.labels, column)
             dataset.finish(  # what cannot be written now can be from the shards
                 results.labels(runs.labels),
                 there.sources(results.tables),

@@ -61,6 +61,7 @@ def describe_dataset(dataset: "xr.Dataset") -> str:
         **(_modes(dataset) if is_modes(dataset) else _extent(dataset) | _variables(dataset)),
         "inputs": ", ".join(inputs) or "none",
         "status": "" if is_modes(dataset) else _statuses(dataset),
+        "warnings": str(attributes.get("warnings", "")).replace("\n", f"\n{'':13}"),
         "stopped": str(attributes.get("stopped", "")),
         "verdict": str(attributes.get(VERDICT, "")).replace("\n", f"\n{'':13}"),
         "size": f"{dataset.nbytes / 1e6:.1f} MB in memory",

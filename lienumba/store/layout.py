@@ -50,7 +50,7 @@ class Variable:
 
 
 MARGIN, MET = "requirement_margin", "requirement_met"
-WEIGHT = "weight"
+WEIGHT, RELATIVE_DRIFT = "weight", "max_relative_energy_drift"
 VERDICT, VERDICTS = "verdict", "verdicts"  # attributes: sentences, and the same as JSON
 FEW = 64  # runs, up to which what datasets have in common is kept
 FRAMES: Memo[xr.Dataset] = Memo(16)
@@ -73,6 +73,7 @@ OF_RUNS: dict[str, Variable] = {
     "start_equilibrium": Variable(
         RUN, "1", "what kind of equilibrium the run starts in", dtype="int8", flags=EQUILIBRIA
     ),
+    RELATIVE_DRIFT: Variable(RUN, "1", "largest energy residual at the stored times by the energy that was exchanged"),
     "energy_lost": Variable(RUN, "J", "mechanical energy that was lost in all changes"),
     "last_mode": Variable(
         (*RUN, "switch"), "1", f"{MODE.long_name} at the end of the run", dtype="int8", flags=MODE.flags

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lienumba import __version__
+from lienumba.engine import result_warnings
 from lienumba.engine.cores import usable_cores
 from lienumba.engine.disk.resume import check_parts
 from lienumba.engine.progress import shown
@@ -248,7 +249,8 @@ def _write(parts: Sequence[PartialDataset], output: Output, tell: Tell) -> None:
             found: np.ndarray = every[(order, *place)]
             return found
 
-        stream.finish(columns | samples, attributes(resolved, labels[order], column))
+        said = attributes(resolved, labels[order], column) | result_warnings.attributes(resolved, labels[order], column)
+        stream.finish(columns | samples, said)
     finally:
         stream.discard()
         opened.close()

@@ -64,7 +64,7 @@ def _quality(found: Summary) -> Iterator[str]:
     if found.max_position_violation is not None:
         yield f"The joints held to {number(found.max_position_violation, 1)} m"
     if found.max_relative_energy_drift is not None:
-        yield f"the energy to {number(found.max_relative_energy_drift, 1)} of the largest kinetic energy"
+        yield f"the energy to {number(found.max_relative_energy_drift, 1)} of what was exchanged"
 
 
 def _study_verdict(ds: xr.Dataset, failed: int) -> Markup:

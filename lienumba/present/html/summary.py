@@ -15,8 +15,8 @@ from lienumba.analysis.summary_rows import (
     happened_headings,
     happened_times,
     largest,
-    not_unique,
     quantile_rows,
+    remarks,
 )
 from lienumba.present.html.chart import Section, section
 from lienumba.present.html.markup import (
@@ -44,19 +44,7 @@ def summary(ds: xr.Dataset, name: str) -> Section:
     rows = quantile_rows(found.ended, found.spread - found.finished)
     parts += [*_quantiles("Last states of runs that an event ended", rows), *_events(found)]
     parts += _quantiles("Of each run", quantile_rows(found.kept, found.spread))
-    parts += (
-        element("p", sentence(text))
-        for text in (
-            not_unique(found),
-            found.unknown,
-            found.stopped,
-            found.stiff,
-            found.chatters,
-            found.unstable,
-            found.weights,
-        )
-        if text
-    )
+    parts += (element("p", sentence(text)) for text in remarks(found))
     return section("summary", "Summary", *parts)
 
 

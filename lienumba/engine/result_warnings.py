@@ -1,0 +1,76 @@
+"""Warnings about results: good runs whose certificates show that they are not accurate.
+
+A run that ends well may still be wrong: a step that is too long moves energy that nothing exchanges. Each rule looks at
+one certificate that every run has, and names the runs and the remedy.
+"""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lienumba.batch.statuses import GOOD
+from lienumba.scenario.resolve import Scenario
+from lienumba.store.layout import RELATIVE_DRIFT
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+WARNINGS = "warnings"  # the attribute of a dataset: a sentence in each line
+ENERGY_RTOL = 3e-4  # of the exchanged energy: errors of the motion of 1 % come with so much and more
+REJECTED = 1000  # steps of a run from which on it is told that most were rejected
+SHOWN = 5  # labels
+
+Column = Callable[[str, tuple[int, ...]], np.ndarray]  # a variable of all runs, at a place of it
+
+
+def attributes(resolved: Scenario, labels: np.ndarray, column: Column) -> dict[str, str]:
+    """What the dataset says of its runs: nothing, or a sentence for each rule."""
+    good = np.isin(column("status", ()), GOOD)
+    found = [*_energy(resolved, labels, column, good), *_rejected(labels, column, good)]
+    return {WARNINGS: "\n".join(found)} if found else {}
+
+
+def of(ds: "xr.Dataset") -> list[str]:
+    """The warnings that a dataset has."""
+    return str(ds.attrs.get(WARNINGS, "")).splitlines()
+
+
+def _energy(resolved: Scenario, labels: np.ndarray, column: Column, good: np.ndarray) -> list[str]:
+    drift = np.where(good, column(RELATIVE_DRIFT, ()), 0.0)
+    which = drift > ENERGY_RTOL
+    if not which.any():
+        return []
+    worst = int(drift.argmax())
+    return [
+        f"{RELATIVE_DRIFT} = {drift[worst]:.2g} in run {labels[worst]}, above {ENERGY_RTOL:g} in "
+        f"{_runs(labels, which)}: energy is wrong by this part of what was exchanged, and the motion may be wrong by "
+        f"more; {_remedy(resolved)}"
+    ]
+
+
+def _rejected(labels: np.ndarray, column: Column, good: np.ndarray) -> list[str]:
+    rejected, steps = column("rejected_steps", ()), column("steps", ())
+    which = good & (rejected > steps) & (rejected > REJECTED)
+    if not which.any():
+        return []
+    worst = int(np.where(which, rejected, 0).argmax())
+    return [
+        f"rejected_steps = {int(rejected[worst])} in run {labels[worst]}, more than were accepted in "
+        f"{_runs(labels, which)}: a force jumps where no event says so, or the tolerance asks for less than roundoff; "
+        "give the jump an event, or a larger integrator.tolerance"
+    ]
+
+
+def _remedy(resolved: Scenario) -> str:
+    integrator = resolved.data.integrator
+    if integrator.step is None:
+        return "give a smaller integrator.tolerance"
+    return f"give a smaller integrator.step than {integrator.step:g} s, or a tolerance"
+
+
+def _runs(labels: np.ndarray, which: np.ndarray) -> str:
+    """How many of all, and the first labels."""
+    some, count = labels[which].tolist(), int(which.sum())
+    shown = ", ".join(map(str, some[:SHOWN])) + (", ..." if count > SHOWN else "")
+    return f"{count:,} of {len(labels):,} runs ({shown})"
