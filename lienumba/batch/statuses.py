@@ -23,7 +23,12 @@ GOOD = (SUCCESS, STOPPED)
 
 STATUSES = (
     Status(SUCCESS, "success", "finished"),
-    Status(NON_FINITE, "non_finite", "the state became infinite or undefined; try a smaller step"),
+    Status(
+        NON_FINITE,
+        "non_finite",
+        "the state became infinite or undefined; try a smaller step, or an implicit method (radau5) where a force is "
+        "stiff",
+    ),
     Status(
         NOT_CONVERGED,
         "projection_not_converged",
@@ -40,8 +45,9 @@ STATUSES = (
         ROTATION,
         "rotation_too_large",
         "a body turned too far in one step: by nearly a full turn, by a quarter of one where the angle of a joint is "
-        "counted, or by 1 rad where a contact turns with it, or its angles did in a gimbal lock; try a smaller step "
-        "or other coordinates, or see whether a driver wants more than the mechanism can reach",
+        "counted, or by 1 rad where a contact turns with it, or its angles did in a gimbal lock; try a smaller step, "
+        "an implicit method (radau5) where a force is stiff, or other coordinates, or see whether a driver wants more "
+        "than the mechanism can reach",
     ),
     Status(
         NOT_ASSEMBLED,

@@ -1,15 +1,17 @@
-"""Warnings about results: good runs whose certificates show that they are not accurate.
+"""Warnings about results: good runs whose certificates show that they are not accurate, and laws that became undefined.
 
-A run that ends well may still be wrong: a step that is too long moves energy that nothing exchanges. Each rule looks at
-one certificate that every run has, and names the runs and the remedy.
+A run that ends well may still be wrong: a step that is too long changes the energy, though nothing works. Each rule
+looks at one certificate that every run has, and names the runs and the remedy.
 """
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lienumba.batch.statuses import GOOD
+from lienumba.batch.statuses import GOOD, NON_FINITE, UNDEFINED
+from lienumba.engine.linear.course import Column
+from lienumba.engine.simulate import Runs
+from lienumba.engine.undefined_laws import first_undefined
 from lienumba.scenario.resolve import Scenario
 from lienumba.store.layout import RELATIVE_DRIFT
 
@@ -21,14 +23,17 @@ ENERGY_RTOL = 3e-4  # of the exchanged energy: errors of the motion of 1 % come 
 REJECTED = 1000  # steps of a run from which on it is told that most were rejected
 SHOWN = 5  # labels
 
-Column = Callable[[str, tuple[int, ...]], np.ndarray]  # a variable of all runs, at a place of it
 
-
-def attributes(resolved: Scenario, labels: np.ndarray, column: Column) -> dict[str, str]:
+def attributes(resolved: Scenario, runs: Runs, column: Column) -> dict[str, str]:
     """What the dataset says of its runs: nothing, or a sentence for each rule."""
-    good = np.isin(column("status", ()), GOOD)
-    found = [*_energy(resolved, labels, column, good), *_rejected(labels, column, good)]
-    return {WARNINGS: "\n".join(found)} if found else {}
+    if not len(runs.labels):
+        return {}
+    status = column("status", runs.labels)
+    good, undefined = np.isin(status, GOOD), np.isin(status, (NON_FINITE, UNDEFINED))
+    found = [*_energy(resolved, runs.labels, column, good), *_rejected(runs.labels, column, good)]
+    if undefined.any():
+        found.append(first_undefined(resolved, runs, column, int(runs.labels[undefined][0])))
+    return {WARNINGS: "\n".join(filter(None, found))} if any(found) else {}
 
 
 def of(ds: "xr.Dataset") -> list[str]:
@@ -37,7 +42,7 @@ def of(ds: "xr.Dataset") -> list[str]:
 
 
 def _energy(resolved: Scenario, labels: np.ndarray, column: Column, good: np.ndarray) -> list[str]:
-    drift = np.where(good, column(RELATIVE_DRIFT, ()), 0.0)
+    drift = np.where(good, column(RELATIVE_DRIFT, labels), 0.0)
     which = drift > ENERGY_RTOL
     if not which.any():
         return []
@@ -50,7 +55,7 @@ def _energy(resolved: Scenario, labels: np.ndarray, column: Column, good: np.nda
 
 
 def _rejected(labels: np.ndarray, column: Column, good: np.ndarray) -> list[str]:
-    rejected, steps = column("rejected_steps", ()), column("steps", ())
+    rejected, steps = column("rejected_steps", labels), column("steps", labels)
     which = good & (rejected > steps) & (rejected > REJECTED)
     if not which.any():
         return []

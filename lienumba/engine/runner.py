@@ -200,7 +200,7 @@ def in_memory(
 
     said = enough.attributes() | attributes(resolved, runs.labels, column)
     said |= short_steps.attributes(resolved, runs, memory.some)
-    said |= result_warnings.attributes(resolved, runs.labels, column)
+    said |= result_warnings.attributes(resolved, runs, memory.some)
     return results.dataset(columns, runs.labels, runs.samples, len(runs.labels), **said)
 
 
@@ -261,12 +261,8 @@ def on_disk(
             runs = runs.part(enough.kept(runs.labels) | np.isin(runs.labels, there.older))
             total, failed = len(runs.labels), there.failed()
             of_these = np.isin(there.labels, runs.labels)
-
-            def column(name: str, place: tuple[int, ...]) -> np.ndarray:
-                return there.column(name, place)[of_these]
-
-            said = attributes(resolved, runs.labels, column)
-            said |= result_warnings.attributes(resolved, runs.labels, column)
+            said = attributes(resolved, runs.labels, lambda name, place: there.column(name, place)[of_these])
+            said |= result_warnings.attributes(resolved, runs, there.some)
             dataset.finish(  # what cannot be written now can be from the shards
                 results.labels(runs.labels),
                 there.sources(results.tables),

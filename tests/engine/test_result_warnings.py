@@ -18,6 +18,7 @@ PENDULUM = {
     "integrator": {"method": "rk4", "end_time": 20.0},
     "output": {"every": 1.0},
 }
+VARY = {"bodies.bob.mass": {"distribution": "uniform", "low": 1.0, "high": 2.0}}
 FREE = {
     "model": {
         "gravity": [0, 0, 0],
@@ -80,3 +81,26 @@ def test_what_rests_has_no_drift():
     ds, told = run(still, step=0.1)
     assert ds.max_relative_energy_drift.item() == 0.0
     assert not told
+
+
+def test_the_law_that_became_undefined_is_named(tmp_path):
+    """sqrt of an angle that passes 0 at 1.617 s: the law, its argument, the time and the run."""
+    joint = {"quantities": [{"name": "p", "type": "joint", "joint": "pivot"}]}
+    law = {"forces": [{"name": "motor", "type": "actuator", "joint": "pivot", "value": "sqrt(p.angle)"}]}
+    scenario = {**PENDULUM, "model": {**PENDULUM["model"], **joint, **law}}
+    ds, told = run(scenario, step=1e-3)
+    assert ds.status.item() == 1
+    assert told[0].startswith("motor.value: undefined at t = 1.61")
+    assert "in run 0 where p.angle = -" in told[0]
+
+
+def test_parts_of_a_sweep_warn_as_the_whole_does(tmp_path):
+    scenario = {**PENDULUM, "sweep": {"runs": 4, "vary": VARY}, "integrator": PENDULUM["integrator"] | {"step": 0.5}}
+    with pytest.warns(ResultWarning):
+        whole = lienumba.run(scenario)
+    parts = [tmp_path / "a.nc", tmp_path / "b.nc"]
+    for n, part in enumerate(parts):
+        with pytest.warns(ResultWarning):
+            lienumba.run(scenario, output=part, part=(n + 1, 2))
+    merged = lienumba.merge(parts, output=tmp_path / "out.nc")
+    assert merged.attrs["warnings"] == whole.attrs["warnings"]

@@ -19,7 +19,7 @@ from lienumba.engine.disk.resume import check_parts
 from lienumba.engine.progress import shown
 from lienumba.engine.requirements import attributes
 from lienumba.engine.results import Results
-from lienumba.engine.simulate import Progress, Tell
+from lienumba.engine.simulate import Progress, Runs, Tell
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.code import check_allowed
 from lienumba.scenario.base.toml import Keys, table_in
@@ -249,7 +249,11 @@ def _write(parts: Sequence[PartialDataset], output: Output, tell: Tell) -> None:
             found: np.ndarray = every[(order, *place)]
             return found
 
-        said = attributes(resolved, labels[order], column) | result_warnings.attributes(resolved, labels[order], column)
+        def some(name: str, which: np.ndarray) -> np.ndarray:
+            return column(name, ())[np.isin(labels[order], which)]
+
+        runs = Runs(labels[order], samples, check_initial(resolved))
+        said = attributes(resolved, runs.labels, column) | result_warnings.attributes(resolved, runs, some)
         stream.finish(columns | samples, said)
     finally:
         stream.discard()
