@@ -59,7 +59,7 @@ class Batch:
     plan: what events do; changes: how many of a run are told; at_events: whether states at
     events are wanted; bodies: how many; placed: their states at the start (runs, 18 k), where
     those of the moves are read from them; rests (runs,): the kinds of equilibria in which they start, if they do in
-    such; until: how far runs go (s), if not to their end.
+    such, and starts (runs, n): their numbers there; until: how far runs go (s), if not to their end.
     """
 
     machine: Machine
@@ -79,6 +79,7 @@ class Batch:
     bodies: int = 0
     placed: np.ndarray | None = None
     rests: np.ndarray | None = None
+    starts: np.ndarray | None = None
     until: float | None = None
 
     @property
@@ -106,6 +107,7 @@ class Batch:
             placed=None if self.placed is None else self.placed[runs],
             codes=self.codes[runs],
             rests=None if self.rests is None else self.rests[runs],
+            starts=None if self.starts is None else self.starts[runs],
             pace=pace,
         )
 
@@ -127,7 +129,7 @@ class Chunk:
     (`codes.KINDS`), event or switch, impulse and lost energy (J) of the first, NaN behind the last; (runs,): how many
     changes, and the energy lost in them (J); kept (runs, n, 2): the value of what is kept of
     them as a whole, and its time (s); rests (runs,): the kind of equilibrium in which it started
-    (`codes.EQUILIBRIA`); seconds: how long a core was busy with them."""
+    (`codes.EQUILIBRIA`), and starts (runs, n): its numbers there; seconds: how long a core was busy with them."""
 
     runs: slice
     records: np.ndarray
@@ -147,6 +149,7 @@ class Chunk:
     energy_lost: np.ndarray
     kept: np.ndarray
     rests: np.ndarray
+    starts: np.ndarray
     seconds: float
 
 
@@ -181,9 +184,10 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
     codes = codes.reshape(-1)[:count].astype(np.int8)
     steps, rejected = steps.astype(np.int64), rejected.astype(np.int64)
     rests = np.zeros(count, np.int8) if batch.rests is None else batch.rests[runs]
+    starts = np.zeros((count, 0)) if batch.starts is None else batch.starts[runs]
     return Chunk(
         runs, records, stopped, stopped_at, last, codes, ends, steps, rejected, times, counts, at_events, modes,
-        changes, changed, lost, kept, rests, seconds,
+        changes, changed, lost, kept, rests, starts, seconds,
     )  # fmt: skip
 
 

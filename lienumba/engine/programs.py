@@ -19,6 +19,7 @@ from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.scenario import Absolute, Integrator, Tolerance
 from lienumba.scenario.start.prepare import Prepared
+from lienumba.scenario.start.stored_start import start_numbers
 
 if TYPE_CHECKING:
     from lienumba.batch.integrate import Batch, Pace
@@ -132,6 +133,7 @@ def batch_of(resolved: Scenario, prepared: Prepared, program: "Outline", machine
         bodies=len(prepared.model.bodies),
         placed=prepared.states if by_joints(resolved) else None,
         rests=prepared.rests,
+        starts=start_numbers(prepared),
     )
 
 

@@ -23,6 +23,7 @@ from lienumba.scenario.base.toml import Tables
 from lienumba.scenario.reading.run_tables import tables_of
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.store.form import scenario_tables
+from lienumba.store.names import START_STATE
 from lienumba.words import listed
 
 if TYPE_CHECKING:
@@ -169,13 +170,20 @@ def _simulated(
     from lienumba.engine.memory import Memory
     from lienumba.engine.results import Twice
     from lienumba.engine.simulate import Runs, Threads, simulate
-    from lienumba.scenario.start.prepare import check_initial
+    from lienumba.scenario.start.prepare import Prepared, check_initial, prepare
+    from lienumba.scenario.start.stored_start import with_start
 
     inputs = {str(name): x.values for name, x in there.coords.items() if x.attrs.get("role") == "input"}
     runs = Runs(np.array([run], np.int64), inputs, check_initial(dense))
     results = Twice(dense, runs.nominal, original)
     every, kept = Memory([run]), Memory([run])
-    for piece in simulate(runs, tell, Threads(dense, 1, results=results)):
+
+    def prepared(runs: Runs) -> "list[Prepared]":
+        found = prepare(dense, [run], runs.samples, runs.nominal, 1)
+        stored = START_STATE in there and found.rests is not None
+        return [with_start(found, there[START_STATE].values) if stored else found]
+
+    for piece in simulate(runs, tell, Threads(dense, 1, prepared, results)):
         every.take(piece)
         kept.take(results.kept(piece))
     both = ((results, every), (results.original, kept))

@@ -29,6 +29,7 @@ from lienumba.scenario.formulas.measures import is_formula
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.design import weights
 from lienumba.scenario.start.prepare import Nominal
+from lienumba.scenario.start.stored_start import start_names
 from lienumba.store import layout, provenance
 from lienumba.store.layout import (
     FULL,
@@ -42,7 +43,7 @@ from lienumba.store.layout import (
     Variable,
     is_taken,
 )
-from lienumba.store.names import INPUT, NOT_OF_A_NAME, Name, Names, kind_of, names_in, with_failed
+from lienumba.store.names import INPUT, NOT_OF_A_NAME, START_STATE, Name, Names, kind_of, names_in, with_failed
 from lienumba.store.shards import LABEL
 
 if TYPE_CHECKING:
@@ -85,6 +86,7 @@ class Results:
         self.times = np.array(resolved.times)
         output = data.output
         self.changes = changes_told(self.model, output.max_changes)
+        self.start = start_names(nominal)
         courses = [self._course(name) for name in self.layout.names if self._stored(name, output.variables)]
         courses = [field for field in courses if all(field.shape)]  # some mechanisms have no joints
         once = [field for field in self._fates() if all(field.shape)] + self._asked(taken=[x.name for x in courses])
@@ -138,10 +140,8 @@ class Results:
 
     def _fates(self) -> list[Field]:
         """How runs ended, and what the whole dataset has one of for each run."""
-        start = self.resolved.data.model.start
-        resting = start is not None and start.resting
-        found = [*fates(self.model, self.changes, resting), *map(self._largest, kept_largest()), self._relative_drift()]
-        return [*found, *(self._last(x.name) for x in kept_at_end())]
+        found = [*fates(self.model, self.changes, len(self.start)), *map(self._largest, kept_largest())]
+        return [*found, self._relative_drift(), *(self._last(x.name) for x in kept_at_end())]
 
     def _at_events(self) -> Iterator[Field]:
         """What is asked for at events."""
@@ -296,6 +296,7 @@ class Results:
         every = [
             x
             for field in chain(*self.tables.values())
+            if field.name != START_STATE
             for x in names_in(
                 field.name,
                 [dim for dim in field.spec.dims if dim not in NOT_OF_A_NAME],
@@ -398,6 +399,7 @@ class Results:
             events=[event.name for event in model.events],
             changes=self.changes,
             switches=self.layout.switches,
+            start=self.start,
             requirements=self.judges.units,
             shared=self.nominal.rank.shared,
             own={field.name: field.spec for fields in self.tables.values() for field in fields},

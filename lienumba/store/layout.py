@@ -73,6 +73,7 @@ OF_RUNS: dict[str, Variable] = {
     "start_equilibrium": Variable(
         RUN, "1", "what kind of equilibrium the run starts in", dtype="int8", flags=EQUILIBRIA
     ),
+    "start_state": Variable((*RUN, "start_number"), "1", "state in which the run starts, from which a replay begins"),
     RELATIVE_DRIFT: Variable(RUN, "1", "largest energy residual at the stored times by the energy that was exchanged"),
     "energy_lost": Variable(RUN, "J", "mechanical energy that was lost in all changes"),
     "last_mode": Variable(
@@ -128,6 +129,7 @@ COORDINATES = {
     "coordinate_units": ("1", "unit of the coordinate; its rate has this per s, what acts along it N m or N"),
     "event": ("1", "name of the event"),
     "change": ("1", "number of the change, from 0 on"),
+    "start_number": ("1", "what the number of a start is (m, rad, m/s, rad/s; global frame, angular velocity: body)"),
     "requirement": ("1", "name of the requirement"),
     "requirement_units": ("1", "unit of the margin of the requirement"),
     "switch": ("1", "name of the joint, lock, limit, contact or friction that may be on or off"),
@@ -169,11 +171,12 @@ def dataset(
     own: Mapping[str, Variable] | None = None,
     full_runs: Sequence[int] = (),
     total: int | None = None,
+    start: Sequence[str] = (),
 ) -> xr.Dataset:
     """The labelled dataset of these arrays; `inputs` are the samples (runs,) of each varied path; `shared`: joints and
     drivers whose reactions are not unique; `coordinates`: of joints, and `requirements`, with their units; `changes`:
     of how many of a run it tells; `own`: variables that are not those of every scenario; `total`: of how many runs it
-    will be, if it has none of them yet.
+    will be, if it has none of them yet; `start`: the names of the numbers of a start that is stored.
 
     Dimensions without entries (a system without joints) are left out together with their variables.
     """
@@ -189,6 +192,7 @@ def dataset(
         "coordinate_units": np.asarray(list((coordinates or {}).values()), dtype=str),
         "event": np.asarray(events, dtype=str),
         "change": np.arange(changes, dtype=np.int32),
+        "start_number": np.asarray(start, dtype=str),
         "switch": np.asarray(switches, dtype=str),
         "requirement": np.asarray(list(requirements or {}), dtype=str),
         "requirement_units": np.asarray(list((requirements or {}).values()), dtype=str),

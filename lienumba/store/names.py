@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 NOT_OF_A_NAME = (*RUN, FULL, "time")  # dimensions
-STATUS = "status"
+STATUS, START_STATE = "status", "start_state"  # the latter has no names: a replay alone reads it
 LAST, AT_EVENTS = "last_", "event_"  # of the names of what each run has once, or once for each event
 
 # Kinds of names, as messages call them.
@@ -66,7 +66,7 @@ def known(ds: xr.Dataset) -> Names:
     labels = _labels(ds, map(str, ds.dims))
     found = [
         x
-        for name, variable in ds.variables.items()
+        for name, variable in ds.drop_vars(START_STATE, errors="ignore").variables.items()
         if name not in ds.dims and {*RUN, FULL} & {*variable.dims} and variable.dtype.kind in "biuf"
         for x in _names(str(name), variable, labels)
     ]

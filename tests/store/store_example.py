@@ -54,6 +54,7 @@ def example(
         events=events,
         changes=3,
         switches=switches,
+        start=["top.position.x", "top.position.y", "top.position.z"],
         requirements=dict.fromkeys(requirements, "m"),
         inputs={path: np.linspace(1.0, 2.0, runs) + k for k, path in enumerate(INPUTS)},
         input_units=dict(zip(INPUTS, ["kg", "rad s-1", "m", "m s-2"], strict=True)),

@@ -39,16 +39,17 @@ def changes_told(model: Model, most: int) -> int:
     return most if acts or switches_of(model) else 0
 
 
-def fates(model: Model, changes: int, resting: bool) -> Iterator[Field]:
-    """How runs ended, which events happened, and the first changes of a mechanism that changes; resting: whether runs
-    start in their equilibria."""
+def fates(model: Model, changes: int, started: int) -> Iterator[Field]:
+    """How runs ended, which events happened, and the first changes of a mechanism that changes; started: how many
+    numbers an equilibrium gives a start, 0 where runs do not start in one."""
     events, switches = (len(model.events),), (len(switches_of(model)),)
     yield _plain("status", (), lambda chunk: chunk.codes, "i1")
     yield _plain("end_time", (), lambda chunk: chunk.ends)
     yield _plain("steps", (), lambda chunk: chunk.steps, "i8")
     yield _plain("rejected_steps", (), lambda chunk: chunk.rejected, "i8")
-    if resting:
+    if started:
         yield _plain("start_equilibrium", (), lambda chunk: chunk.rests, "i1")
+        yield _plain("start_state", (started,), lambda chunk: chunk.starts)
     yield _plain("event_time", events, lambda chunk: chunk.event_times)
     yield _plain("event_count", events, lambda chunk: chunk.event_counts, "i8")
     if changes:

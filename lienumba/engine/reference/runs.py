@@ -24,6 +24,7 @@ from lienumba.reference.step import march
 from lienumba.reference.table import Table
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Prepared
+from lienumba.scenario.start.stored_start import start_numbers
 
 TOGETHER = 64  # runs in one task: enough for vector instructions, and few enough that their matrices stay in caches
 POSITION_WEIGHTS = {"none": NONE, "local": PLACES}
@@ -97,7 +98,8 @@ class _Work:
         return Chunk(
             runs, records, None, np.full((1, count), np.nan), states, run.code.astype(np.int8), times, run.steps,
             np.zeros(count, np.int64), none, none, None, none, np.zeros((count, 0, 5)), zero, zero,
-            np.zeros((count, 0, 2)), np.zeros(count, np.int8) if rests is None else rests[runs], seconds,
+            np.zeros((count, 0, 2)), np.zeros(count, np.int8) if rests is None else rests[runs],
+            start_numbers(self.prepared)[runs], seconds,
         )  # fmt: skip
 
 

@@ -81,6 +81,19 @@ def test_bits_are_those_of_other_workers_parts_a_resumed_sweep_and_a_replay(tmp_
     assert one["swing.angle"].values.tobytes() == other["swing.angle"].values[4].tobytes()
 
 
+def test_a_replay_starts_from_what_is_stored_and_searches_no_equilibrium() -> None:
+    """Another processor finds one that differs by roundoff; here the start of another run takes its place."""
+    vary = {"forces.coil.stiffness": {"distribution": "uniform", "low": 1.0, "high": 40.0}}
+    ds = lienumba.run(pendulum(sweep={"runs": 6, "vary": vary}))
+    assert ds.start_number.values[0] == "bob.position.x"
+    np.testing.assert_array_equal(ds.start_state.values[:, :3], ds.position.values[:, 0, 0])
+    ds["start_state"][4] = ds["start_state"][5]
+    with pytest.warns(UserWarning, match="not the same as run 4"):
+        one = lienumba.replay(ds, run=4)
+    assert one["swing.angle"].values[0, 0] == ds["swing.angle"].values[5, 0]
+    assert one["swing.angle"].values[0, -1] != ds["swing.angle"].values[5, -1]
+
+
 def _opened(file: Path) -> Any:
     import xarray as xr
 
