@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from lienumba.analysis.changed import change_names, tells
 from lienumba.analysis.mode_runs import OUTPUTS, as_runs
 from lienumba.analysis.outcomes import BY_CODE
 from lienumba.analysis.sensitivities.outputs import of_every_run
+from lienumba.batch.changes import NONE
 from lienumba.errors import ScenarioError
-from lienumba.store.layout import RUN
+from lienumba.store.layout import RUN, TABLE
 from lienumba.store.linear_layout import is_modes
 from lienumba.store.outputs import Output, whole
 from lienumba.store.study_layout import is_study
@@ -46,7 +48,8 @@ def run_table(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | No
     -------
     pandas.DataFrame
         With the index `run`; the columns `status`, the inputs, and the outputs, in their units, which stand in
-        `attrs["units"]` by the names of the columns. NaN: a run has no such number.
+        `attrs["units"]` by the names of the columns; kinds of changes and what changed by name. NaN: a run has no such
+        number.
     """
     import pandas
 
@@ -60,9 +63,24 @@ def run_table(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | No
     columns |= {name: x.values for name, x in inputs.items()}
     for found in of_every_run(ds, [output] if isinstance(output, str) else output, time):
         columns[found.name], units[found.name] = found.values, found.units
+    if tells(ds):
+        _name_changes(ds, columns)
     table = pandas.DataFrame(columns, index=pandas.Index(ds[RUN[0]].values, name=RUN[0]))
-    table.attrs["units"] = units
+    table.attrs["units"] = {name: unit for name, unit in units.items() if name in columns}
     return table
+
+
+def _name_changes(ds: xr.Dataset, columns: dict[str, Any]) -> None:
+    """Kinds of changes and what changed by their names, without the columns in which no run has a change."""
+    kinds, whats = ds["change_kind"].values, ds["change_what"].values
+    for n in range(kinds.shape[1]):
+        own = [name for name in (f"{column}.{n}" for column in TABLE) if name in columns]
+        for name in own if (kinds[:, n] == NONE).all() else ():
+            del columns[name]
+        names = [change_names(ds, kind, what) for kind, what in zip(kinds[:, n], whats[:, n], strict=True)]
+        for name, of in (("change_kind", 0), ("change_what", 1)):
+            if f"{name}.{n}" in columns:
+                columns[f"{name}.{n}"] = [found[of] for found in names]
 
 
 def claimed_table(target: Path, overwrite: bool) -> AbstractContextManager[Output]:

@@ -85,11 +85,12 @@ def changes(ds: xr.Dataset) -> xr.Dataset:
     if not tells(ds):
         raise ScenarioError("the dataset tells of no changes: its mechanism has no locks, limits, contacts or actions")
     run, n = np.nonzero(ds["change_kind"].values != NONE)
-    kinds, whats = (ds[name].values[run, n].astype(int) for name in ("change_kind", "change_what"))
+    pairs = zip(ds["change_kind"].values[run, n], ds["change_what"].values[run, n], strict=True)
+    kinds, whats = np.array([change_names(ds, *pair) for pair in pairs], dtype=str).reshape(-1, 2).T
     columns = {
         "run": ds["run"].values[run],
-        "kind": np.array([KIND_OF[kind].name for kind in kinds], dtype=str),
-        "what": np.array([_name(ds, KIND_OF[kind], what) for kind, what in zip(kinds, whats, strict=True)], dtype=str),
+        "kind": kinds,
+        "what": whats,
         **{name: ds[f"change_{name}"].values[run, n] for name in ("time", "impulse", "energy")},
     }
     return xr.Dataset({name: ("entry", column) for name, column in columns.items()})
@@ -99,6 +100,13 @@ def tells(ds: xr.Dataset) -> bool:
     """Whether a dataset has the table of changes; a ScenarioError if it has a part of it."""
     check_together(ds, "the dataset")
     return "change_time" in ds
+
+
+def change_names(ds: xr.Dataset, kind: float, what: float) -> tuple[str, str]:
+    """The kind of a change and what changed, from their codes; empty where there was none."""
+    if np.isnan(kind) or kind == NONE:
+        return "", ""
+    return KIND_OF[int(kind)].name, _name(ds, KIND_OF[int(kind)], int(what))
 
 
 def _name(ds: xr.Dataset, kind: Kind, what: int) -> str:

@@ -126,13 +126,16 @@ def info(
         bool,
         typer.Option("--cite", help="Print a paragraph for a section on methods, and BibTeX, instead."),
     ] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", help="Of a scenario: also the operations of its kernels.")
+    ] = False,
     allow_code: AllowScenarioCodeOption = False,
 ) -> None:
     """Say what a dataset or a scenario holds."""
     with console.exit_codes():
         from lienumba.present import info
 
-        console.say(info.cite(file, allow_code) if cite else info.describe(file, allow_code))
+        console.say(info.cite(file, allow_code) if cite else info.describe(file, allow_code, verbose))
 
 
 def schema() -> None:

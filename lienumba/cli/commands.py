@@ -12,6 +12,7 @@ from typer.core import TyperCommand, TyperGroup
 from lienumba.words import ALIKE, listed, near, printable, show
 
 BAD_LINE = 2  # exit code
+SECTIONS = {"study": "a study is a section of a scenario: write [study] there, then lienumba run FILE.toml"}
 OF_FILES = {".toml": "run", ".nc": "info", ".urdf": "import", ".xml": "import"}  # commands that take such files
 
 
@@ -79,6 +80,8 @@ def _no_command(name: str, known: Sequence[str]) -> str:
         return (
             f"there is no command {show(name)}; a file stands behind one: lienumba {OF_FILES[ending]} {printable(name)}"
         )
+    if name in SECTIONS:
+        return f"there is no command {show(name)}; {SECTIONS[name]}"
     close = near(name, known, ALIKE)[:1]
     remedy = f"the nearest is {close[0]}" if close else f"there are {listed(known)}"
     return f"there is no command {show(name)}; {remedy}"

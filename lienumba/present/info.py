@@ -1,6 +1,7 @@
 """What a file holds, as lines of text: a dataset of lienumba, or a scenario."""
 
 from collections.abc import Callable, Collection, Iterable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,9 +18,10 @@ if TYPE_CHECKING:
 FIRST_LABELS = 8  # of failed runs
 
 
-def describe(file: Path, allow_code: bool = False) -> str:
-    """Lines about a dataset or a scenario; allow_code: whether code may run that a scenario brings."""
-    return _either(file, describe_dataset, describe_scenario, allow_code, (MODES,))
+def describe(file: Path, allow_code: bool = False, verbose: bool = False) -> str:
+    """Lines about a dataset or a scenario; allow_code: whether code may run that a scenario brings; verbose: with the
+    operations of its kernels."""
+    return _either(file, describe_dataset, partial(describe_scenario, verbose=verbose), allow_code, (MODES,))
 
 
 def cite(file: Path, allow_code: bool = False) -> str:
@@ -157,8 +159,8 @@ def _statuses(dataset: "xr.Dataset") -> str:
     return f"\n{'':13}".join([", ".join(parts), *reasons])
 
 
-def describe_scenario(scenario: "Scenario") -> str:
-    """What a scenario's mechanism is made of, what its constraints amount to at the start, and its flops."""
+def describe_scenario(scenario: "Scenario", verbose: bool = False) -> str:
+    """What a mechanism is made of and what its constraints amount to at the start; verbose: its flops, too."""
     from lienumba.engine import runner
     from lienumba.mechanics.elements.inputs import input_form
     from lienumba.mechanics.elements.quantities import is_input
@@ -185,7 +187,7 @@ def describe_scenario(scenario: "Scenario") -> str:
         "reactions": f"not unique for {', '.join(rank.shared)}; those of least norm are stored" if rank.shared else "",
         "start": "" if nominal.rests is None else RESTS[nominal.rests],
         "hint": hint(nominal) if scenario.plan is None else "",
-        "flops": _flops(runner.operation_counts(scenario)),
+        "flops": _flops(runner.operation_counts(scenario)) if verbose else "",
         "sha256": scenario.sha256(),
     }
     return _table(rows)

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from lienumba import ScenarioError
-from lienumba.analysis import changes, summarise
+from lienumba.analysis import changes, run_table, summarise
 from lienumba.batch.changes import KINDS, NAMES, NONE
 from lienumba.integrators import codes
 from lienumba.store.layout import dataset
@@ -49,6 +49,17 @@ def test_every_change_by_run_and_time():
     assert found.what.values.tolist() == ["near", "stop", "near"]  # of an event, of a switch
     assert found.time.values.tolist() == [0.1, 0.4, 0.3]
     assert found.energy.values.tolist() == [0.5, 0.25, 1.5]
+
+
+def test_a_table_of_runs_names_changes_and_leaves_empty_ones_out():
+    none = np.full((2, 1, 5), [NAN, NONE, NONE, NAN, NAN])
+    table = run_table(known(np.concatenate([TOLD, none], axis=1)))
+    assert table["change_kind.1"].tolist() == ["impact", ""]
+    assert table["change_what.0"].tolist() == ["near", "near"]
+    assert table["change_what.1"].tolist() == ["stop", ""]
+    assert table["change_energy.1"].tolist()[0] == 0.25
+    assert not [name for name in table if name.endswith(".2")]
+    assert set(table.attrs["units"]) <= set(table)
 
 
 def test_the_summary_tells_what_changed_and_when():

@@ -15,6 +15,8 @@ from tests.rigs.everything import EVERYTHING, STOP
 RUNNER = CliRunner()
 LINES = {
     # commands and options
+    "study all.toml": 'there is no command "study"; a study is a section of a scenario: write [study] there, then '
+    "lienumba run FILE.toml",
     "rn all.toml": 'there is no command "rn"; the nearest is run',
     "analyze all.nc": 'there is no command "analyze"; the nearest is analyse',
     "all.toml": 'there is no command "all.toml"; a file stands behind one: lienumba run all.toml',
