@@ -7,6 +7,7 @@ import pytest
 
 import lienumba
 from lienumba.errors import ResultWarning
+from tests.rigs.places import SCENARIOS
 
 PENDULUM = {
     "model": {
@@ -104,3 +105,13 @@ def test_parts_of_a_sweep_warn_as_the_whole_does(tmp_path):
             lienumba.run(scenario, output=part, part=(n + 1, 2))
     merged = lienumba.merge(parts, output=tmp_path / "out.nc")
     assert merged.attrs["warnings"] == whole.attrs["warnings"]
+
+
+GALLERY = sorted(x.stem for x in SCENARIOS.glob("*.toml") if x.stem not in ("template", "heavy_top_study"))
+
+
+@pytest.mark.release
+@pytest.mark.parametrize("name", GALLERY)
+def test_the_gallery_has_no_warnings(name):
+    ds = lienumba.run(SCENARIOS / f"{name}.toml", runs=range(8), allow_code=True)
+    assert "warnings" not in ds.attrs
