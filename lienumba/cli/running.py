@@ -22,6 +22,8 @@ from lienumba.present.terminal import console
 if TYPE_CHECKING:
     import xarray as xr
 
+    from lienumba.scenario.resolve import Scenario
+
 
 def run(
     scenario: ScenarioArgument,
@@ -67,6 +69,7 @@ def run(
         ),
     ] = "0",
     verdict: VerdictOption = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Begin a sweep of more than 10 GB without a question.")] = False,
     quiet: QuietOption = False,
 ) -> None:
     """Simulate every run of a scenario and write one dataset."""
@@ -87,6 +90,7 @@ def run(
             raise ScenarioError("--verdict: the scenario has no requirements; write some as [[requirements]]")
         if not quiet:
             console.print_warnings(warnings_of(resolved))
+            _ask_if_large(resolved, labels, yes)
 
         from lienumba.batch.statuses import GOOD
         from lienumba.engine import runner
@@ -114,6 +118,27 @@ def run(
             _require(dataset, quiet)
         if too_many:
             raise typer.Exit(console.SOME_FAILED)
+
+
+def _ask_if_large(resolved: "Scenario", labels: "list[int] | None", yes: bool) -> None:
+    """A question before a sweep whose dataset nobody may want; where nobody can answer, a warning."""
+    from lienumba.engine import expected_size
+
+    size = expected_size.expected_bytes(resolved, labels)
+    if size < expected_size.LARGE:
+        return
+    rule = f"output: the dataset has about {size / 1e9:.0f} GB before compression"
+    remedy = 'give a longer output.every, fewer output.variables, or output.mode = "summary"'
+    console.print_warnings([f"{rule}; {remedy}"])
+    if not yes and _answers() and not typer.confirm("begin?"):
+        raise typer.Exit(console.BAD_INPUT)
+
+
+def _answers() -> bool:
+    """Whether a person sits there."""
+    import sys
+
+    return sys.stdin.isatty()
 
 
 def merge(
