@@ -41,7 +41,7 @@ FLOORS = [
     {"__init__", "__main__"},
 ]
 INSIDE = {  # the floors of rooms, lowest first
-    "mechanics": [{"mechanism"}, {"elements"}, {"system"}, {"tree"}, {"start"}],
+    "mechanics": [{"mechanism", "tolerances"}, {"elements"}, {"system"}, {"tree"}, {"start"}],
     "sweep": [
         {"betting", "confidence", "normal", "sequential"}, {"weighted"}, {"copula", "verdicts"}, {"distributions"},
         {"samplers", "table"}, {"design"}, {"noise"},
@@ -61,7 +61,8 @@ INSIDE = {  # the floors of rooms, lowest first
         {"chunk_sizes", "compare_runs", "cores", "fields", "part", "progress", "requirements", "select_run"},
         {"programs", "results"},
         {"reference"},
-        {"kernels", "memory", "simulate", "stopping"}, {"cluster", "disk", "linear", "replay", "study"},
+        {"kernels", "memory", "simulate", "stopping"}, {"linear"}, {"quality"},
+        {"cluster", "disk", "replay", "study"},
         {"runner", "prepared"}, {"checks", "rare"},
     ],
     "reference": [

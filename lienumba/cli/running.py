@@ -122,7 +122,7 @@ def run(
 
 def _ask_if_large(resolved: "Scenario", labels: "list[int] | None", yes: bool) -> None:
     """A question before a sweep whose dataset nobody may want; where nobody can answer, a warning."""
-    from lienumba.engine import expected_size
+    from lienumba.engine.quality import expected_size
 
     size = expected_size.expected_bytes(resolved, labels)
     if size < expected_size.LARGE:

@@ -97,7 +97,8 @@ def run(
     ScenarioError
         For bad input, with all that is wrong, before anything runs.
     """
-    from lienumba.engine import result_warnings, study
+    from lienumba.engine import study
+    from lienumba.engine.quality import result_warnings
     from lienumba.engine.simulate import Progress
     from lienumba.store.files import read
     from lienumba.store.outputs import write
@@ -175,9 +176,9 @@ def in_memory(
     resolved: Scenario, runs: "Runs", compute: "Compute", tell: "Tell", results: "Results | None" = None
 ) -> "xr.Dataset":
     """The dataset of these runs; results: what is kept of them, if it is known."""
-    from lienumba.engine import result_warnings
     from lienumba.engine.linear import short_steps
     from lienumba.engine.memory import Memory
+    from lienumba.engine.quality import result_warnings
     from lienumba.engine.requirements import attributes
     from lienumba.engine.results import Results
     from lienumba.engine.simulate import simulate
@@ -215,11 +216,11 @@ def on_disk(
     threads: int,
 ) -> None:
     """Write the dataset of these runs, and of those that are there already; threads: that compress."""
-    from lienumba.engine import result_warnings
     from lienumba.engine.disk.background_writer import background_writer
     from lienumba.engine.disk.resume import manifest
     from lienumba.engine.disk.sweep_files import Arrived, sweep_files
     from lienumba.engine.linear import short_steps
+    from lienumba.engine.quality import result_warnings
     from lienumba.engine.requirements import attributes
     from lienumba.engine.results import Results
     from lienumba.engine.simulate import Progress, simulate

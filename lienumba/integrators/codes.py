@@ -51,7 +51,7 @@ def finite(rows: Iterable[Number]) -> Condition:
 @kernel
 def verdict(rotation: Number, square: Number, first: Number, every: Number) -> Number:
     """The code of a step, from its largest squared rotation, its sum of squares, and whether the KKT of its first stage
-    and of every stage was sound. Overflow makes later stages unsound: there it is the state that is not finite."""
+    and of every stage was regular. Overflow makes later stages singular: there it is the state that is not finite."""
     code = where(every > 0.0, 0.0, SINGULAR)
     code = where(square < HUGE, code, NON_FINITE)
     code = where(first > 0.0, code, SINGULAR)

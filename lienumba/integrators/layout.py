@@ -64,7 +64,7 @@ LANES = 33
 CODE, MARGIN, VERDICT = range(3)  # behind the state to which a step leads, and how many
 VIOLATION, ITERATE_CODE = range(2)  # behind the iterate to which a projection leads
 TURNED, MOVED = range(2)  # behind one element at the end of a step by stages: squares of its rotation and its move
-SOUND, POWER, STAGE_MARGIN, REPORTS = range(4)  # behind the slopes of a stage: of its KKT, and the power (W)
+NONSINGULAR, POWER, STAGE_MARGIN, REPORTS = range(4)  # behind the slopes of a stage: of its KKT, and the power (W)
 ERROR, FACTOR, REMEMBERED, CONTROL = range(4)  # the square of a step's error, and `step_control.factor`
 
 # Numbers of each switched constraint (`lienumba.mechanics.system.switches`). How one is on: as in `kinematics`.

@@ -123,17 +123,17 @@ def assemble(bodies: Bodies, used: np.ndarray, C: np.ndarray, weight: int, K: np
 @compiled
 def solve(n: int, system: System) -> None:
     """Overwrite b by the solution of K b' = b, by L D L^T without pivoting: A (n, n), positive definite, comes first. A
-    pivot of a constraint that is nothing but roundoff makes a run not sound."""
+    pivot of a constraint that is nothing but roundoff makes a run singular."""
     K, b, scale, size = system.K, system.b, system.scale, system.b.shape[0]
     factor = np.empty(b.shape[1])
     for run in range(b.shape[1]):
-        system.sound[run] = 1.0
+        system.nonsingular[run] = 1.0
     for j in range(size):
         for run in range(b.shape[1]):
             for i in range(n, size if j == n else n):
                 scale[i, run] = K[i, i, run]
             if j >= n and not K[j, j, run] < SMALLEST_PIVOT * scale[j, run]:  # both are negative
-                system.sound[run] = 0.0
+                system.nonsingular[run] = 0.0
             scale[j, run] = 1.0 / K[j, j, run]
         for i in range(j + 1, size):
             for run in range(b.shape[1]):

@@ -123,7 +123,7 @@ class System(NamedTuple):
     K: np.ndarray
     b: np.ndarray
     scale: np.ndarray
-    sound: np.ndarray
+    nonsingular: np.ndarray
 
 
 class Room(NamedTuple):
@@ -164,10 +164,10 @@ def room_of(mechanism: Mechanism, stages: int) -> Room:
     N = mechanism.bodies.masses.shape[1]
     n, size = VELOCITY * k, VELOCITY * k + len(mechanism.constraints.used)
     phi, psi, xi = np.zeros((3, m, N))
-    K, (b, scale), sound = np.zeros((size, size, N)), np.zeros((2, size, N)), np.zeros(N)
+    K, (b, scale), nonsingular = np.zeros((size, size, N)), np.zeros((2, size, N)), np.zeros(N)
     y, hat = np.zeros((2, STATE * (k + 1), N))
     return Room(
-        np.zeros((c, SEEN, N)), Rows(phi, psi, xi, np.zeros((m, n + VELOCITY, N))), System(K, b, scale, sound),
+        np.zeros((c, SEEN, N)), Rows(phi, psi, xi, np.zeros((m, n + VELOCITY, N))), System(K, b, scale, nonsingular),
         np.zeros((n, N)), np.zeros(N), np.zeros((stages, ALGEBRA * k, N)), np.zeros((stages, N)),
         np.zeros((ALGEBRA * k, N)), y, hat, np.zeros(N, np.int64),
     )  # fmt: skip

@@ -238,7 +238,7 @@ def march(
             slope(method.terms, room.u, room.y, system.b, room.slopes[s])
             for lane in range(run.x.shape[1]):
                 room.powers[s, lane] = room.power[lane]
-                if run.code[lane] == SUCCESS and system.sound[lane] == 0.0:
+                if run.code[lane] == SUCCESS and system.nonsingular[lane] == 0.0:
                     run.code[lane] = SINGULAR
         for kind in range(2):
             weight = method.positions if kind == 0 else method.velocities

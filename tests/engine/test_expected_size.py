@@ -4,8 +4,8 @@ import pytest
 from typer.testing import CliRunner
 
 import lienumba
-from lienumba.engine import expected_size
-from lienumba.engine.expected_size import expected_bytes
+from lienumba.engine.quality import expected_size
+from lienumba.engine.quality.expected_size import expected_bytes
 from lienumba.scenario.resolve import resolve
 from tests.facade import app
 from tests.rigs.places import SCENARIOS

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lienumba import __version__
-from lienumba.engine import result_warnings
 from lienumba.engine.cores import usable_cores
 from lienumba.engine.disk.resume import check_parts
 from lienumba.engine.progress import shown
+from lienumba.engine.quality import result_warnings
 from lienumba.engine.requirements import attributes
 from lienumba.engine.results import Results
 from lienumba.engine.simulate import Progress, Runs, Tell

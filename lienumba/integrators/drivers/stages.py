@@ -301,7 +301,7 @@ def staged_step(context: Context, since: int, x: Address, p: Address, new: Addre
     for s in range(context.sizes.stages):
         if s >= since:
             rotation = maximum(stage(context, s, x, p, t, h), rotation)
-        sound = load(context.at.slopes, layout.report_row(context.sizes, s) + layout.SOUND)
+        sound = load(context.at.slopes, layout.report_row(context.sizes, s) + layout.NONSINGULAR)
         every = choose(sound < every, sound, every)
         first = every if s == 0 else first
     for i in range(context.sizes.elements):

@@ -178,7 +178,7 @@ def _try(context: Context) -> None:
         store(trial, 0, choose(lost & (load(trial, 0) == 0.0), splat(codes.SINGULAR), load(trial, 0)))
     if not adaptive:
         return
-    sound = load(at.slopes, layout.report_row(sizes, sizes.slopes - 1) + layout.SOUND) > 0.0
+    sound = load(at.slopes, layout.report_row(sizes, sizes.slopes - 1) + layout.NONSINGULAR) > 0.0
     store(trial, 0, choose(sound, load(trial, 0), choose(load(trial, 0) == 0.0, splat(codes.SINGULAR), load(trial, 0))))
     call(kernels[layout.CLOSE], x, p, at.clock, new, at.control, at.work)
     if sizes.integrands > 0:

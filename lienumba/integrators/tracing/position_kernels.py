@@ -19,6 +19,7 @@ from lienumba.mechanics.elements.events import ENGAGE
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import embedded, kkt, projection
+from lienumba.mechanics.tolerances import SINGULAR_VIOLATION
 from lienumba.mechanics.tree import equations, posture
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import at_most, maximum, where
@@ -119,8 +120,8 @@ class _Iteration:
         code = where(rotation < codes.LARGEST_STAGE, 0.0, codes.NOT_CONVERGED)
         if tracer.structure.looped:
             lost = projection.lost(self.model, there, counts)
-            code = where(lost < projection.LOST, code, codes.SINGULAR)
-        code = where(solution.sound > 0.0, code, codes.SINGULAR)
+            code = where(lost < SINGULAR_VIOLATION, code, codes.SINGULAR)
+        code = where(solution.nonsingular > 0.0, code, codes.SINGULAR)
         code = where(codes.finite(solution.x), code, codes.NON_FINITE)
         x_rows, mu_rows = tracer.correction_rows
         return [*tracer.with_law_states(self.graph, new), *solution.x[:x_rows], *solution.mu[:mu_rows], violation, code]

@@ -2,7 +2,7 @@
 
     step       state -> state, code, margin         one Munthe-Kaas step (clock: t, h), or for large mechanisms
       guess, newton, simplified    see `lienumba.integrators.tracing.implicit`
-      first, stage     state, u -> slopes, sound, ...    the slopes of one stage
+      first, stage     state, u -> slopes, nonsingular, ...    the slopes of one stage
       combine1, ...    slopes of a body -> u, rotation   the argument of a stage
       advance          state, slopes of a body -> state, rotation, square
       finish           state, what the stages report -> what is augmented

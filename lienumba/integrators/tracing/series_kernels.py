@@ -78,11 +78,11 @@ def _expand(tracer: Tracer) -> Expansion:
     rows = _integrated(tracer, model, rates, [*power, *angles, *rest])
     inputs = [graph.input("state", row) for row in rows]
     compared = _gaps(tracer, graph, model, [*(rates[row] for row in rows), *power, *rest])
-    asked = [found.sound, found.margin, *angles, *compared]
+    asked = [found.nonsingular, found.margin, *angles, *compared]
     made = orders([*inputs, t], [*(rates[row] for row in rows), 1.0, *power], asked, tracer.method.order, linear)
     places = {row: n for n, row in enumerate(rows)}
     work = len(rows) + 1
-    sound = work + len(power)
+    nonsingular = work + len(power)
     every = live([x for x in (*rates, *rest) if isinstance(x, Symbol)])
     size, uncut = _lengths(tracer, places, made, STRICTER if any(map(branches, every)) else 1.0)
     control = layout.control_row(sizes)
@@ -90,8 +90,8 @@ def _expand(tracer: Tracer) -> Expansion:
         (control + layout.ERROR, 0.0), (control + layout.FACTOR, size), (control + layout.REMEMBERED, uncut),
     ]  # fmt: skip
     kernel = SeriesKernel("expand", made, tracer.method.order, layout.series_row(sizes), outputs)
-    behind = sound + 2 + len(angles)
-    return Expansion(kernel, places, work, sound + 2, range(behind, behind + len(compared)))
+    behind = nonsingular + 2 + len(angles)
+    return Expansion(kernel, places, work, nonsingular + 2, range(behind, behind + len(compared)))
 
 
 def compared(
@@ -242,7 +242,7 @@ def _step(tracer: Tracer, made: Expansion) -> Kernel:
     new, augmented = _moved(tracer, graph, model, made, h)
     first, old = layout.series_row(tracer.sizes), tracer.augmented_rows(graph)
     place = made.angles - 2
-    sound, margin = (graph.input("extra", first + made.kernel.orders.stride * (place + n)) for n in range(2))
+    nonsingular, margin = (graph.input("extra", first + made.kernel.orders.stride * (place + n)) for n in range(2))
     square: Number = 0.0
     for element in new:
         for c in element:
@@ -255,7 +255,7 @@ def _step(tracer: Tracer, made: Expansion) -> Kernel:
         largest = tracer.augmented.first_mode - 1
         augmented[largest] = maximum(margin, old[largest])
     outputs = [x for element in new for x in element] + augmented
-    outputs += [verdict(0.0, square, sound, sound), *([margin] if tracer.augmented.masks else [])]
+    outputs += [verdict(0.0, square, nonsingular, nonsingular), *([margin] if tracer.augmented.masks else [])]
     rows = list(range(len(outputs)))
     if made.gaps:
         control = layout.first_slope(tracer.sizes) + layout.control_row(tracer.sizes)

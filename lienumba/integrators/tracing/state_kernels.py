@@ -16,6 +16,7 @@ from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
 from lienumba.mechanics.system.output_variables import MODE, OUTPUT_VARIABLES, Observation
 from lienumba.mechanics.system.switched import turning
 from lienumba.mechanics.system.switches import unforced
+from lienumba.mechanics.tolerances import SINGULAR_RATE
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero, where
 
@@ -29,13 +30,13 @@ def velocity(tracer: Tracer) -> Kernel:
     there = tracer.posture(model, new, tracer.augmented_rows(graph), graph.input("clock", layout.TIME)).now
     counts = tracer.counted(solution, mask, "velocity")
     violation = projection.velocity_violation(model, there, counts)
-    code = where(solution.sound > 0.0, 0.0, codes.SINGULAR)
+    code = where(solution.nonsingular > 0.0, 0.0, codes.SINGULAR)
     if tracer.structure.looped:
         lost = projection.lost_rate(model, there, counts)
-        code = where(lost < projection.LOST_RATE, code, codes.SINGULAR)
-        code = where(projection.turned(model, posture.now, there) > 0.0, codes.SINGULAR, code)
-    if not is_zero(leapt := projection.leapt(model, posture.now)):
-        code = where(leapt > 0.0, codes.SINGULAR, code)
+        code = where(lost < SINGULAR_RATE, code, codes.SINGULAR)
+        code = where(projection.branch_energy_excess(model, posture.now, there) > 0.0, codes.SINGULAR, code)
+    if not is_zero(excess := projection.leap_speed_excess(model, posture.now)):
+        code = where(excess > 0.0, codes.SINGULAR, code)
     code = where(codes.finite(solution.x), code, codes.NON_FINITE)
     return tracer.kernel("velocity", (*rows, violation, code))
 

@@ -30,7 +30,7 @@ VectorField = Callable[[Sequence[State], Number], Sequence[Algebra]]
 class Reports:
     """What the stages of a step report beside their slopes."""
 
-    sound: list[Number] = field(default_factory=list)
+    nonsingular: list[Number] = field(default_factory=list)
     power: list[Number] = field(default_factory=list)
     margin: list[Number] = field(default_factory=list)
     accelerations: list[Number] = field(default_factory=list)  # of the last stage
@@ -39,7 +39,7 @@ class Reports:
 
     def read(self, rows: Sequence[Number], tracer: Tracer) -> None:
         """Those of a stage that is known."""
-        self.sound.append(rows[layout.SOUND])
+        self.nonsingular.append(rows[layout.NONSINGULAR])
         self.power += [rows[layout.POWER]] if tracer.augmented.work else []
         self.margin.append(rows[layout.STAGE_MARGIN])
 
@@ -101,12 +101,12 @@ def _inline(tracer: Tracer, opened: bool) -> Kernel:
         lambda x, u, t: munthe_kaas.slope(chart, x, u, lambda y: F(y, t)),
         first,
     )
-    sound = reports.sound[0]
-    for other in reports.sound[1:]:
-        sound = minimum(sound, other) if tracer.structure.leaning else sound * other
-    code = verdict(tracer.strict(rotation), square, reports.sound[0], sound)
+    nonsingular = reports.nonsingular[0]
+    for other in reports.nonsingular[1:]:
+        nonsingular = minimum(nonsingular, other) if tracer.structure.leaning else nonsingular * other
+    code = verdict(tracer.strict(rotation), square, reports.nonsingular[0], nonsingular)
     if tracer.structure.leaning:
-        code = where(sound < 0.0, PARADOX, code)
+        code = where(nonsingular < 0.0, PARADOX, code)
     after = augmented_after(tracer, model, augmented, tracer.posture(model, new, augmented, t + h).now, h, reports)
     outputs = [*flat(new), *after, code, *(reports.margin[:1] if tracer.augmented.masks else [])]
     integrals = [] if first else _integrals(tracer, h, [x.integrands for x in reports.signals])
@@ -171,7 +171,7 @@ def _stage(tracer: Tracer, first: bool) -> Kernel:
     u = tuple(zero if first else graph.inputs("extra", chart.size, chart.size * i) for i in every)
     f = munthe_kaas.slope(chart, tracer.state(graph, "state"), u, lambda y: F(y, t))
     margin = reports.margin if tracer.augmented.masks or tracer.weakens else []
-    reported = [*reports.sound, *(reports.power or [0.0]), *margin]
+    reported = [*reports.nonsingular, *(reports.power or [0.0]), *margin]
     rows = [layout.slope_row(sizes, i, 0) + c for i in every for c in range(chart.size)]
     rows += [layout.report_row(sizes, 0) + c for c in range(len(reported))]
     if tracer.reports_accelerations:
@@ -240,10 +240,10 @@ def _vector_field(
 
     def F(state: Sequence[State], t: Number) -> Sequence[Algebra]:
         posture = tracer.posture(model, state, augmented, t, within)
-        c = float(tracer.tableau.c[len(reports.sound)]) if node is None else node
+        c = float(tracer.tableau.c[len(reports.nonsingular)]) if node is None else node
         expected = tracer.expected(augmented, c, h)
         moving, found = tracer.moving(model, posture, mask, expected)
-        reports.sound.append(found.sound)
+        reports.nonsingular.append(found.nonsingular)
         reports.margin.append(found.margin)
         if tracer.augmented.work:
             reports.power.append(dynamics.power(model, posture.now, found.multipliers))

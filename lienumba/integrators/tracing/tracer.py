@@ -40,9 +40,9 @@ class Correction(Protocol):
     @property
     def mu(self) -> list[Any]: ...
     @property
-    def sound(self) -> Any: ...
+    def nonsingular(self) -> Any: ...
     @property
-    def firm(self) -> list[Any]: ...
+    def row_weights(self) -> list[Any]: ...
 
 
 class Part(NamedTuple):
@@ -74,12 +74,12 @@ class Still:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """accelerations: of all velocities, as closed loops carry them on; multipliers of all rows; sound, margin: see
-    `kkt.Solution`."""
+    """accelerations: of all velocities, as closed loops carry them on; multipliers of all rows; nonsingular and
+    margin: see `kkt.Solution`."""
 
     accelerations: list[Number]
     multipliers: list[Number]
-    sound: Number
+    nonsingular: Number
     margin: Number
 
 
@@ -243,7 +243,7 @@ class Tracer:
         solution = dynamics.accelerations(model, self.structure, now, mask, expected, damping, self.axes)
         a = solution.x
         moving = [(*x[12:18], *a[6 * i : 6 * i + 6]) for i, x in enumerate(now.bodies)]
-        found = Dynamics(a, solution.mu, solution.sound, solution.margin)
+        found = Dynamics(a, solution.mu, solution.nonsingular, solution.margin)
         return [*moving, *self.law_states.slopes(law_states.rates(model, now))], found
 
     def missing(
@@ -424,7 +424,7 @@ class Tracer:
 
     def counted(self, solution: Correction, mask: list[Number], level: str) -> list[Number]:
         """See `projection.counted`."""
-        return projection.counted(solution.firm, mask, level, self.structure.switched)
+        return projection.counted(solution.row_weights, mask, level, self.structure.switched)
 
     def levels(self) -> set[str]:
         """On which levels there is something to be projected."""

@@ -17,7 +17,7 @@ from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.start.least_norm import Entries, Least, least
 from lienumba.mechanics.start.poses import Local, Poses, Rates
 from lienumba.mechanics.system import constraints, rotors
-from lienumba.mechanics.system.projection import ROUNDING
+from lienumba.mechanics.tolerances import ROUNDOFF
 from lienumba.mechanics.tree.links import with_ways
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, cos, maximum, where
@@ -139,7 +139,7 @@ class Closing:
         accepted: Any = np.ones(self.runs, bool)
         for row in self.rows:
             size = absolute(phi[row])
-            rounding = ROUNDING * (reach[row] + far[row])
+            rounding = ROUNDOFF * (reach[row] + far[row])
             left = where(size <= rounding, 0.0, where(size > rounding, size, np.inf))  # NaN is the worst
             worst = maximum(worst, left)
             accepted = accepted & (left <= ACCEPTED * reach[row] + rounding + NEAREST)
@@ -170,7 +170,7 @@ def _limited(x: Sequence[Number], new: Sequence[Number]) -> list[Any]:
 def allowed_distances(model: Model, now: Instant) -> list[Any]:
     """Of every row, how far it may be from holding (m or rad)."""
     reach, far, _ = constraints.sizes(model, now)
-    return [ACCEPTED * own + ROUNDING * away + NEAREST for own, away in zip(reach, far, strict=True)]
+    return [ACCEPTED * own + ROUNDOFF * away + NEAREST for own, away in zip(reach, far, strict=True)]
 
 
 def allowed_rates(model: Model, now: Instant) -> list[Any]:
@@ -194,7 +194,7 @@ def velocities(
     if moving is not None:
         now = Instant(moving)
         speed, fastest = constraints.sizes(model, now)[2], constraints.largest([x for b in moving for x in b[12:18]])
-        fits = _fulfilled(model, now, rows, [ROUNDING * (own + fastest) for own in speed])
+        fits = _fulfilled(model, now, rows, [ROUNDOFF * (own + fastest) for own in speed])
         if np.all(fits):
             return moving
     solved = _least_energy(model, poses, local, metric(0.0), rows)

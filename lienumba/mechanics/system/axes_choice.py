@@ -17,19 +17,20 @@ from lienumba.mechanics.mechanism.model import GROUND, Model
 from lienumba.mechanics.system import constraints, dynamics, kkt
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
 from lienumba.mechanics.system.rotors import rotors_of
+from lienumba.mechanics.tolerances import (
+    DIVISION_COST,
+    MAX_COUNTED_BODIES,
+    MAX_TRIED_BODIES,
+)
 from lienumba.numerics.jets import lift
 from lienumba.numerics.operations import is_zero
-
-DIVISION = 16  # operations that take as long as a division
-MANY = 20  # bodies beyond which counting takes longer than it is worth
-FEW = 3  # bodies up to which all of them in the axes of one are tried
 
 
 def cheapest(graph: Graph, model: Model, structure: kkt.Structure, now: Instant, dropped: Sequence[int] = ()) -> Axes:
     """The axes with the least operations of one map of accelerations; `model` and `now`: symbols of `graph`. Rows
     stay global where single ones of a vector count: where some may be left out, as the `dropped` ones always are, and
     where a loop closes, so that some may fade (see `kkt`)."""
-    if massless(model) or len(model.bodies) > MANY:
+    if massless(model) or len(model.bodies) > MAX_COUNTED_BODIES:
         return GLOBAL
     of = _Counted(graph, model, structure, now, set(dropped))
     if not of.turnable:
@@ -113,7 +114,7 @@ class _Counted:
     def by_one_body(self) -> Iterator[Axes]:
         """Everything in the axes of one body."""
         bodies = range(len(self.model.bodies))
-        for i in bodies if len(bodies) <= FEW and not self.slides else ():
+        for i in bodies if len(bodies) <= MAX_TRIED_BODIES and not self.slides else ():
             yield Axes(dict.fromkeys(self.turnable, i), dict.fromkeys(bodies, i))
 
     def _neighbours(self, i: int) -> list[int]:
@@ -185,4 +186,4 @@ class _Counted:
 
 def _operations(outputs: Sequence[object]) -> int:
     counts = operation_counts([node for node in reached(outputs) if not node.invariant])
-    return counts["operations"] + (DIVISION - 1) * counts["divide"]
+    return counts["operations"] + (DIVISION_COST - 1) * counts["divide"]

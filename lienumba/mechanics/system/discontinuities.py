@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from lienumba.mechanics.mechanism.model import Law, Model
+from lienumba.mechanics.tolerances import (
+    MAX_WHOLE_NUMBERS,
+    SAME_TIME_RTOL,
+)
 from lienumba.numerics.expressions import Formula
 from lienumba.numerics.jets import Jet, lift
-
-SAME = 1e-9  # of a time: rounding
-MOST = 1e5  # whole numbers that a formula may pass
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ def discontinuities(model: Model, end: float) -> list[Discontinuity]:
             if (knots := _whole_numbers(a, b, end)).size:
                 found.append(Discontinuity(knots, a, b))
     intervals = {force.code.every for force in model.forces if force.code is not None and force.code.every is not None}
-    samples = [np.arange(1, floor(end / every * (1.0 + SAME)) + 1) * every for every in sorted(intervals)]
+    samples = [np.arange(1, floor(end / every * (1.0 + SAME_TIME_RTOL)) + 1) * every for every in sorted(intervals)]
     return found + [Discontinuity(times) for times in samples]
 
 
@@ -67,7 +68,7 @@ def _whole_numbers(a: Any, b: Any, end: float) -> np.ndarray:
     with np.errstate(all="ignore"):
         ends = np.stack(np.broadcast_arrays(a, a + b * end))
     ends = ends[:, np.isfinite(ends).all(axis=0)] if ends.ndim > 1 else ends[np.isfinite(ends)]
-    if not ends.size or not np.ptp(ends) < MOST:
+    if not ends.size or not np.ptp(ends) < MAX_WHOLE_NUMBERS:
         return np.empty(0)
     return np.arange(np.floor(ends.min()), np.ceil(ends.max()) + 1.0)
 

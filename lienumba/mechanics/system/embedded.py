@@ -20,6 +20,7 @@ from lienumba.groups import so3
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import constraints, kkt, projection
+from lienumba.mechanics.tolerances import ROUNDOFF
 from lienumba.numerics.number import Matrix, Number, Vector
 from lienumba.numerics.operations import absolute, maximum, where
 
@@ -62,7 +63,7 @@ def violation(bodies: Bodies) -> Any:
         for i in range(3):
             for j in range(i + 1):
                 missed = absolute(so3.dot(rows[i], rows[j]) - (1.0 if i == j else 0.0))
-                worst = maximum(worst, where(missed <= projection.ROUNDING, 0.0, missed))
+                worst = maximum(worst, where(missed <= ROUNDOFF, 0.0, missed))
     return worst
 
 

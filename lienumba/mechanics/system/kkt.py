@@ -18,16 +18,18 @@ from typing import Any
 from lienumba.mechanics.system.structure import Entries as Entries
 from lienumba.mechanics.system.structure import Structure as Structure
 from lienumba.mechanics.system.switched.border import Border, Leaning
+from lienumba.mechanics.tolerances import (
+    HALF_FADED_MARGIN,
+    HALF_FADED_PIVOT,
+    LEAST_PIVOT,
+    MULTIPLIER_RTOL,
+    MULTIPLIER_SHIFT,
+    SCALE_ROUNDOFF,
+    SINGULAR_PIVOT,
+    WEAK_PIVOT,
+)
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero, maximum, minimum, where
-
-SINGULAR = 1e-12  # a constraint's pivot below this fraction of its diagonal of C A^-1 C^T counts as zero
-WEAK = 1e-5  # in closed loops, the right-hand side of a constraint whose pivot is below this fraction
-FADED = 1e-6  # is faded, to one half here
-LEAST = 1e-13  # and the pivot is at least this fraction
-CORE = 1e-9  # of the margin: in runs that coast the correction of what is expected is faded, to one half here
-NO_ARM = 1e-24  # a part of a scale below this fraction of another is zero but for rounding
-SHIFT, FINE_SHIFT = 1e-6, 1e-12  # of least_multipliers; the second is relative
 
 Vectors = tuple[list[Any], list[Any]]  # of the size of x, and of that of mu
 
@@ -41,14 +43,16 @@ class Solution:
     by: "Eliminated"
 
     @property
-    def sound(self) -> Any:
+    def nonsingular(self) -> Any:
         """1, or 0 where a constraint depends on the others; `PARADOX` where friction leaves no solution."""
-        return self.by.sound if self.by.border is None else minimum(self.by.border.sound, self.by.sound)
+        return (
+            self.by.nonsingular if self.by.border is None else minimum(self.by.border.nonsingular, self.by.nonsingular)
+        )
 
     @property
-    def firm(self) -> list[Any]:
+    def row_weights(self) -> list[Any]:
         """In closed loops, for each row 1, or less where it is faded."""
-        return self.by.firm
+        return self.by.row_weights
 
     @property
     def margin(self) -> Any:
@@ -110,7 +114,7 @@ class _Factors:
     def smallest(self, rows: list[int]) -> Any:
         """Of the parts of the scale of these rows: what shifting or turning one of their bodies gives to any of them.
         By this neither a small mechanism nor a light body between heavy ones looks singular. (What rotors carry over
-        from other bodies may be as small as they are, and would let singular positions look sound.)"""
+        from other bodies may be as small as they are, and would let singular positions look regular.)"""
         parts: dict[tuple[int, bool], Any] = {}
         for j in rows:
             for part, value in self.parts[j].items():
@@ -119,7 +123,7 @@ class _Factors:
         for body in dict.fromkeys(body for body, _ in parts):
             shift, turn = (parts.get((body, turns), 0.0) for turns in (False, True))
             less, more = minimum(shift, turn), maximum(shift, turn)
-            found.append(where(less > NO_ARM * more, less, more))
+            found.append(where(less > SCALE_ROUNDOFF * more, less, more))
         least: Any = found[0] if found else 0.0
         for part in found[1:]:
             least = minimum(part, least)
@@ -135,13 +139,13 @@ class _Factors:
                 S[i - first][j - first] = S[j - first][i - first] = -self.column[j].get(i, 0.0)
         return S
 
-    def forward(self, f: Sequence[Number], g: Sequence[Number], firm: Sequence[Number]) -> list[Any]:
+    def forward(self, f: Sequence[Number], g: Sequence[Number], row_weights: Sequence[Number]) -> list[Any]:
         y = [(f[v] if v < self.n else g[v - self.n]) for v in self.order]
         for j, variable in enumerate(self.order):
             if self.inverse[j] is None:
                 break
             if variable >= self.n:
-                y[j] = firm[variable - self.n] * y[j]
+                y[j] = row_weights[variable - self.n] * y[j]
             for i, factor in self.column[j].items():
                 y[i] = y[i] - factor * y[j]
         return y
@@ -163,12 +167,12 @@ class _Factors:
 
 @dataclass(frozen=True)
 class Eliminated:
-    """[A C^T; C 0] as L D L^T, for any number of right-hand sides. sound, firm, margin: as in Solution."""
+    """[A C^T; C 0] as L D L^T, for any number of right-hand sides. nonsingular, row_weights, margin: as in Solution."""
 
     structure: Structure
     factors: _Factors
-    sound: Any
-    firm: list[Any]
+    nonsingular: Any
+    row_weights: list[Any]
     margin: Any
     border: Border | None = None
 
@@ -188,8 +192,8 @@ class Eliminated:
         }
         factors = _Factors.of(order, n, A, C, diagonal)
         place = {variable: position for position, variable in enumerate(order)}
-        firm: list[Any] = [1.0] * structure.rows
-        sound: Any = 1.0
+        row_weights: list[Any] = [1.0] * structure.rows
+        nonsingular: Any = 1.0
         margin: Any = 1.0
         for j, variable in enumerate(order[: len(order) - len(together)]):
             scale = factors.by_bodies[j]
@@ -204,24 +208,25 @@ class Eliminated:
                 part = pivot / scale
                 if not n and structure.switched < structure.rows and not structure.from_singular:
                     says = factors.by_bodies[j] / scale  # nothing where locks hold all that it is about
-                    part, pivot = (where(says > NO_ARM, x, y) for x, y in ((part, 1.0), (pivot, scale)))
+                    part, pivot = (where(says > SCALE_ROUNDOFF, x, y) for x, y in ((part, 1.0), (pivot, scale)))
                 margin = minimum(part, margin)
-                firm[variable - n] = where(part > WEAK, 1.0, part * part / (part * part + FADED * FADED))
-                pivot = where(part > LEAST, pivot, LEAST * scale)
+                faded = part * part / (part * part + HALF_FADED_PIVOT * HALF_FADED_PIVOT)
+                row_weights[variable - n] = where(part > WEAK_PIVOT, 1.0, faded)
+                pivot = where(part > LEAST_PIVOT, pivot, LEAST_PIVOT * scale)
             elif variable >= n:
-                sound = where(SINGULAR * scale - pivot > 0.0, sound, 0.0)  # NaN is not
+                nonsingular = where(SINGULAR_PIVOT * scale - pivot > 0.0, nonsingular, 0.0)  # NaN is not
             factors.eliminate(j, pivot)
         if not together or leaning is None:
-            return Eliminated(structure, factors, sound, firm, margin)
+            return Eliminated(structure, factors, nonsingular, row_weights, margin)
         S = factors.left(len(order) - len(together))
         border = Border.of(S, together, [mask[row] for row in together], leaning)
-        return Eliminated(structure, factors, sound, firm, margin, border)
+        return Eliminated(structure, factors, nonsingular, row_weights, margin, border)
 
     def solve(self, f: Sequence[Number], g: Sequence[Number], pulled: Sequence[Number] | None = None) -> Solution:
         """g: of a masked row 0; pulled: what forces have added to it already, where velocities have been eliminated."""
         x, mu = self.factors.backward(self._forward(f, g, pulled), self.border)
         if self.structure.looped and self.structure.from_singular:
-            x = [where(self.margin > LEAST, dx, 0.0) for dx in x]
+            x = [where(self.margin > LEAST_PIVOT, dx, 0.0) for dx in x]
         return Solution(x, mu, self)
 
     def missing(self, f: Sequence[Number], g: Sequence[Number], pulled: Sequence[Number] | None = None) -> list[Any]:
@@ -244,13 +249,13 @@ class Eliminated:
         if not self.structure.looped:
             return factors.forward(f, [a + b for a, b in zip(g, pulled, strict=True)], every)
         by_forces = factors.forward(f, pulled, every)
-        by_constraints = factors.forward([0.0] * len(f), g, self.firm)
+        by_constraints = factors.forward([0.0] * len(f), g, self.row_weights)
         return [a + b for a, b in zip(by_forces, by_constraints, strict=True)]
 
     def numbers(self) -> list[Any]:
         """All that `solve` reads beside the right-hand sides."""
         columns = [x for column in self.factors.column for x in column.values()]
-        return [*columns, *self.factors.inverse, *self.firm, self.sound, self.margin]
+        return [*columns, *self.factors.inverse, *self.row_weights, self.nonsingular, self.margin]
 
     def with_numbers(self, numbers: Sequence[Number]) -> "Eliminated":
         """The same with other numbers, in the order of `numbers`."""
@@ -258,8 +263,8 @@ class Eliminated:
         column = [{i: next(given) for i in column} for column in self.factors.column]
         inverse = [next(given) for _ in self.factors.inverse]
         factors = _Factors(self.factors.order, self.factors.n, column=column, inverse=inverse)
-        firm = [next(given) for _ in self.firm]
-        return Eliminated(self.structure, factors, next(given), firm, next(given))
+        row_weights = [next(given) for _ in self.row_weights]
+        return Eliminated(self.structure, factors, next(given), row_weights, next(given))
 
 
 def scales(structure: Structure, A: Entries, C: Entries, bodies: int) -> dict[int, Any]:
@@ -313,8 +318,8 @@ def corrected(structure: Structure, x: Sequence[Number], dx: Sequence[Number], m
     whole = [a + b for a, b in zip(x, dx, strict=True)]
     if not structure.coasts:
         return whole
-    trust = margin * margin / (margin * margin + CORE * CORE)
-    return [where(margin > WEAK, c, a + trust * b) for a, b, c in zip(x, dx, whole, strict=True)]
+    trust = margin * margin / (margin * margin + HALF_FADED_MARGIN * HALF_FADED_MARGIN)
+    return [where(margin > WEAK_PIVOT, c, a + trust * b) for a, b, c in zip(x, dx, whole, strict=True)]
 
 
 def border(
@@ -382,7 +387,7 @@ def least_multipliers(structure: Structure, A: Entries, C: Entries, mu: Sequence
     f, g = rest(A, C, [0.0] * n, [0.0] * rows, [0.0] * n, [-m for m in mu])  # f = C^T mu
     x: list[Any] = [0.0] * n
     least: list[Any] = [0.0] * rows
-    for shift, relative, iterations in ((SHIFT, 0.0, 4), (0.0, FINE_SHIFT, 2)):
+    for shift, relative, iterations in ((MULTIPLIER_SHIFT, 0.0, 4), (0.0, MULTIPLIER_RTOL, 2)):
         factors = _Factors.of(structure.order, n, A, C, {})
         for j, variable in enumerate(structure.order):
             moved = shift - relative * factors.by_bodies[j] if variable >= n else 0.0

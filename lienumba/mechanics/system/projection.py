@@ -20,15 +20,14 @@ from lienumba.mechanics.system import constraints, kkt
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
 from lienumba.mechanics.system.dynamics import body_masses, energies, mass_matrix
 from lienumba.mechanics.system.switches import CONTACT, Switch, switches_of
+from lienumba.mechanics.tolerances import (
+    BRANCH_ENERGY,
+    LEAP_SPEED,
+    ROUNDOFF,
+    SINGULAR_RATE,
+)
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, is_zero, maximum, minimum, where
-
-EPSILON = 2.220446049250313e-16
-LOST = 1e-9  # relative violation up to which a constraint may be left out in a singular position,
-LOST_RATE = 1e-6  # and rate (m/s or rad/s) up to which one that has no position
-TURNED = 0.05  # of the kinetic energy: that of the change with which a loop leaves the branch on which it moved
-LEAPT = 1e-3  # of the speed of the bodies: the rate of a closed gap where its contact has leapt
-ROUNDING = 16.0 * EPSILON  # violations below this, relative to the size of their joint and bodies, are rounding
 
 
 def position_violation(model: Model, now: Instant, counts: Sequence[Number] | None = None) -> Any:
@@ -37,14 +36,14 @@ def position_violation(model: Model, now: Instant, counts: Sequence[Number] | No
     counts: for each row whether it counts, above one half.
     """
     reach, far, _ = constraints.sizes(model, now)
-    rounding = [ROUNDING * (p + r) for p, r in zip(reach, far, strict=True)]
+    rounding = [ROUNDOFF * (p + r) for p, r in zip(reach, far, strict=True)]
     return _worst(constraints.residual(model, now), rounding, counts)
 
 
 def velocity_violation(model: Model, now: Instant, counts: Sequence[Number] | None = None) -> Any:
     """The largest rate of a violation (m/s or rad/s) beyond the rounding of its joint; 0 if there is none."""
     _, _, speed = constraints.sizes(model, now)
-    return _worst(constraints.rates(model, now), [ROUNDING * v for v in speed], counts)
+    return _worst(constraints.rates(model, now), [ROUNDOFF * v for v in speed], counts)
 
 
 def _worst(rows: Sequence[Number], rounding: Sequence[Number], counts: Sequence[Number] | None) -> Any:
@@ -135,11 +134,11 @@ def _sum(x: Sequence[Number], y: Sequence[Number]) -> list[Any]:
     return [a + b for a, b in zip(x, y, strict=True)]
 
 
-def counted(firm: Sequence[Number], mask: Sequence[Number], level: str, switched: int) -> list[Any]:
+def counted(row_weights: Sequence[Number], mask: Sequence[Number], level: str, switched: int) -> list[Any]:
     """Which rows a position or velocity must fulfil, 1 or 0: not those that are faded. The masked ones only on the
     "position" level, and while none is faded: their rates follow from the others no better than positions do. switched:
     where the rows begin that count only in use."""
-    counts = [where(x == 1.0, 1.0, 0.0) for x in firm]
+    counts = [where(x == 1.0, 1.0, 0.0) for x in row_weights]
     every: Any = 1.0
     for count in counts:
         every = minimum(count, every)
@@ -173,11 +172,11 @@ def lost_rate(model: Model, now: Instant, counts: Sequence[Number]) -> Any:
     return worst
 
 
-def turned(model: Model, before: Instant, after: Instant) -> Any:
-    """By how much more than `TURNED` of the kinetic energy (J) is in the change of velocities, where it is no rounding.
+def branch_energy_excess(model: Model, before: Instant, after: Instant) -> Any:
+    """Kinetic energy (J) of the correction of velocities beyond `BRANCH_ENERGY` of that of the motion; 0 for roundoff.
 
-    A loop that comes through a singular position on another branch has velocities that this branch does not allow. What
-    is prescribed may jump: there is nothing to be said of it.
+    A loop that comes through a singular position on another branch has velocities which this branch does not allow.
+    Prescribed motions may jump: then it is 0.
     """
     if not all(is_zero(x) for x in constraints.time_rate(model, before)):
         return 0.0
@@ -185,14 +184,16 @@ def turned(model: Model, before: Instant, after: Instant) -> Any:
     x = [[b - a for a, b in zip(old[12:18], new[12:18], strict=True)] for old, new in every]
     changed = tuple((*old[:12], *dv) for (old, _), dv in zip(every, x, strict=True))
     largest = constraints.largest([c for dv in x for c in dv])
-    taken = energies(model, replace(after, bodies=changed))[0] - TURNED * energies(model, before)[0]
-    return where(largest > LOST_RATE, taken, 0.0)
+    taken = energies(model, replace(after, bodies=changed))[0] - BRANCH_ENERGY * energies(model, before)[0]
+    return where(largest > SINGULAR_RATE, taken, 0.0)
 
 
-def leapt(model: Model, before: Instant) -> Any:
-    """By how much (m/s) more than `LEAPT` a closed contact moves along its normal before velocities are projected, of
-    those that may leap: in a step that has passed over such a leap, the projection would take the energy of an impact,
-    which is in no books."""
+def leap_speed_excess(model: Model, before: Instant) -> Any:
+    """Speed (m/s) of closed contacts along their normals, before the projection, beyond `LEAP_SPEED` of their speeds.
+
+    In a step that has passed over the leap of a contact the projection would take the energy of an impact, which the
+    energy balance does not have.
+    """
     worst: Any = 0.0
     if not any(leaps(model, switch) for switch in switches_of(model)):
         return worst
@@ -200,7 +201,7 @@ def leapt(model: Model, before: Instant) -> Any:
     for c, rows in zip(constraints.constraints_of(model), constraints.rows_of(model), strict=True):
         if c.level == "position" and c.switch is not None and leaps(model, c.switch):
             row, closed = rows.start, before.modes[c.switch.key].on > OFF
-            worst = maximum(where(closed, absolute(rates[row]) - LEAPT * speeds[row] - LOST_RATE, 0.0), worst)
+            worst = maximum(where(closed, absolute(rates[row]) - LEAP_SPEED * speeds[row] - SINGULAR_RATE, 0.0), worst)
     return worst
 
 

@@ -15,17 +15,19 @@ from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
 from lienumba.mechanics.system import constraints, dynamics
 from lienumba.mechanics.system.projection import placed
+from lienumba.mechanics.tolerances import (
+    CERTAIN_RANK,
+    CONTRADICTION_RTOL,
+    DEPENDENCE_RTOL,
+    LOOK_AHEAD_STEPS,
+    LOOK_AHEAD_TIME,
+    LOOK_AHEAD_TURN,
+    MET_ATOL,
+    MET_RTOL,
+    RANK_RTOL,
+    START_RANK_RTOL,
+)
 from lienumba.numerics.number import Vector
-
-NEGLIGIBLE = 1e-9  # singular values below this fraction of the largest count as zero
-SURE = 1e-12  # where the square of the smallest is above this fraction, rounding has no say in it
-INVOLVED = 1e-6  # a row takes part in a dependence from this component of the (unit) null vector on
-CONTRADICTORY = 1e-6  # relative to the largest right-hand side
-MISSED = 1e-9  # what is left below this, relative to the size, distance or speed of the joints, is met
-TINY = 1e-13  # and what is below this
-LATER, SMALL_TURN = 1e-2, 0.05  # s and rad: how far ahead drivers are compared
-ITERATIONS = 8
-ROUGH = 1e-6  # singular values counted as zero where the state is not on the constraints yet
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ def rank_of(model: Model, now: Instant) -> Rank:
     for n, (constraint, rows) in enumerate(
         zip(constraints.constraints_of(model), constraints.rows_of(model), strict=True)
     ):
-        if np.any(np.abs(dependences[rows]) > INVOLVED):
+        if np.any(np.abs(dependences[rows]) > DEPENDENCE_RTOL):
             shared.append(constraint.name)
             exchangeable += range(rows.start, rows.stop)
             so_far = before + found[n]
@@ -92,7 +94,7 @@ def ranks(model: Model, now: Instant, runs: int) -> np.ndarray:
         C = C @ metric
         lengths = np.linalg.norm(C, axis=1, keepdims=True)
         sizes = np.linalg.svd(C / np.where(lengths == 0.0, 1.0, lengths), compute_uv=False)
-        found.append(int(np.sum(sizes > NEGLIGIBLE * sizes[0])))
+        found.append(int(np.sum(sizes > RANK_RTOL * sizes[0])))
     return np.resize(found, runs)
 
 
@@ -111,7 +113,7 @@ def _ranks(C: np.ndarray, ends: list[int]) -> list[int]:
         for _ in range(2):  # the second time takes back the rounding of the first
             rest = rest - (rest @ basis.T) @ basis
         _, sizes, directions = np.linalg.svd(rest, full_matrices=False)
-        new = int(np.sum(sizes > NEGLIGIBLE))
+        new = int(np.sum(sizes > RANK_RTOL))
         basis = np.concatenate([basis, directions[:new]])
         added.append(new)
     return added
@@ -132,7 +134,7 @@ def contradiction(model: Model, now: Instant) -> tuple[str, ...]:
     if found:
         return found
     v = np.array([x for body in now.bodies for x in body[12:18]])
-    v = v + np.linalg.lstsq(C, growth - C @ v, rcond=NEGLIGIBLE)[0]
+    v = v + np.linalg.lstsq(C, growth - C @ v, rcond=RANK_RTOL)[0]
     bodies = tuple((*body[0:12], *v[6 * i : 6 * i + 6].tolist()) for i, body in enumerate(later.bodies))
     later = Instant(bodies, later.t, later.angles)
     return _unmet(model, later, _xi(model, later), _sizes(model, later)[2])
@@ -162,12 +164,12 @@ def _xi(model: Model, now: Instant) -> np.ndarray:
 def _moved_on(model: Model, now: Instant) -> Instant:
     """A little later: positions moved with their velocities and back onto the constraints, as far as that goes."""
     fastest = max([abs(x) for body in now.bodies for x in body[15:18]], default=0.0)
-    t = now.t + min(LATER, SMALL_TURN / max(fastest, 1.0))
+    t = now.t + min(LOOK_AHEAD_TIME, LOOK_AHEAD_TURN / max(fastest, 1.0))
     x = [(t - now.t) * u for body in now.bodies for u in body[12:18]]
     later = Instant(placed(now.bodies, x), t, now.angles)
-    for _ in range(ITERATIONS):
+    for _ in range(LOOK_AHEAD_STEPS):
         C, phi = _jacobian(model, later), np.array(constraints.residual(model, later), float)
-        x = np.linalg.lstsq(C, -phi, rcond=ROUGH)[0].tolist()
+        x = np.linalg.lstsq(C, -phi, rcond=START_RANK_RTOL)[0].tolist()
         later = Instant(placed(later.bodies, x), t, now.angles)
     return later
 
@@ -175,16 +177,16 @@ def _moved_on(model: Model, now: Instant) -> Instant:
 def _unmet(model: Model, now: Instant, b: np.ndarray, sizes: np.ndarray) -> tuple[str, ...]:
     """The joints and drivers in whose rows C x = b contradicts itself; sizes: what b compares with, row by row."""
     C, lengths = _scaled(model, now)
-    missed = MISSED * (sizes / lengths).max(initial=0.0)
+    missed = MET_RTOL * (sizes / lengths).max(initial=0.0)
     b = b / lengths
     _, dependences = _dependences(C)
     left = dependences.T @ b
-    if not np.any(np.abs(left) > max(CONTRADICTORY * np.abs(b).max(initial=0.0), missed, TINY)):
+    if not np.any(np.abs(left) > max(CONTRADICTION_RTOL * np.abs(b).max(initial=0.0), missed, MET_ATOL)):
         return ()
     worst = np.abs(dependences @ left)
     names = []
     for constraint, rows in zip(constraints.constraints_of(model), constraints.rows_of(model), strict=True):
-        if worst[rows].max(initial=0.0) > INVOLVED * worst.max():
+        if worst[rows].max(initial=0.0) > DEPENDENCE_RTOL * worst.max():
             names.append(constraint.name)
     return tuple(names)
 
@@ -221,7 +223,7 @@ def moving_no_mass(model: Model, now: Instant) -> tuple[str, ...]:
         return ()
     C, n = _scaled(model, now)[0], 6 * len(model.bodies)
     _, sizes, directions = np.linalg.svd(C) if C.size else (None, np.zeros(0), np.eye(n))
-    free = directions[int(np.sum(sizes > NEGLIGIBLE)) :]
+    free = directions[int(np.sum(sizes > RANK_RTOL)) :]
     M = np.zeros((n, n))
     for (i, j), x in dynamics.mass_matrix(model, now).items():
         M[i, j] = M[j, i] = x
@@ -229,8 +231,8 @@ def moving_no_mass(model: Model, now: Instant) -> tuple[str, ...]:
     M = np.ascontiguousarray(M.T)
     _unit_masses(model, M)
     energies, ways = np.linalg.eigh(free @ M @ free.T)
-    moved = np.abs(ways[:, energies < NEGLIGIBLE].T @ free).max(axis=0, initial=0.0)
-    return tuple(model.bodies[i].name for i in light if moved[6 * i : 6 * i + 6].max() > INVOLVED)
+    moved = np.abs(ways[:, energies < RANK_RTOL].T @ free).max(axis=0, initial=0.0)
+    return tuple(model.bodies[i].name for i in light if moved[6 * i : 6 * i + 6].max() > DEPENDENCE_RTOL)
 
 
 def _tensor(inertia: Vector) -> np.ndarray:
@@ -244,8 +246,8 @@ def _dependences(C: np.ndarray) -> tuple[int, np.ndarray]:
         return 0, np.eye(len(C))
     if len(C) <= C.shape[1]:
         squares = np.linalg.eigvalsh(C @ C.T)  # of the singular values; this is much cheaper
-        if squares[0] > SURE * squares[-1]:
+        if squares[0] > CERTAIN_RANK * squares[-1]:
             return len(C), np.zeros((len(C), 0))
     U, sizes, _ = np.linalg.svd(C)
-    rank = int(np.sum(sizes > NEGLIGIBLE * sizes[0]))
+    rank = int(np.sum(sizes > RANK_RTOL * sizes[0]))
     return rank, U[:, rank:]

@@ -10,23 +10,26 @@ from lienumba.groups.state import State
 from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system import constraints, dynamics, kkt, projection
+from lienumba.mechanics.tolerances import (
+    PASS_CORRECTIONS,
+    PASS_ROUNDS,
+    PASS_TIME,
+    PASS_TURN,
+)
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import where
 
 Both = tuple[list[Any], list[Any]]
-TURN, LONGEST = 0.01, 0.01  # rad and s: how far to either side, at most
-CORRECTIONS = 6
-PASSES = 3
 
 
 def limiting_accelerations(model: Model, structure: kkt.Structure, now: Instant, mask: Sequence[Number]) -> Both:
     """The 6 k accelerations at `now`, and their 6 k time derivatives, to fourth order from those at -2, -1, 1 and 2
     steps of its motion."""
     fastest = constraints.largest([x for body in now.bodies for x in body[15:18]])
-    h = TURN / where(fastest > TURN / LONGEST, fastest, TURN / LONGEST)
+    h = PASS_TURN / where(fastest > PASS_TURN / PASS_TIME, fastest, PASS_TURN / PASS_TIME)
     last: list[Any] = [0.0] * (6 * len(now.bodies))
     rates = last
-    for _ in range(PASSES):  # the motion bends as the accelerations found before have it
+    for _ in range(PASS_ROUNDS):  # the motion bends as the accelerations found before have it
         at = (_accelerations(model, structure, now, mask, last, n * h) for n in (-2.0, -1.0, 1.0, 2.0))
         near = list(zip(*at, strict=True))
         rates = [(8.0 * (c - b) - (d - a)) / (12.0 * h) for a, b, c, d in near]
@@ -42,7 +45,7 @@ def _accelerations(
     v = [u for body in now.bodies for u in body[12:18]]
     moved = projection.placed(now.bodies, [dt * (u + 0.5 * dt * b) for u, b in zip(v, a, strict=True)])
     x: list[Any] = [0.0] * (6 * len(moved))
-    for _ in range(CORRECTIONS):
+    for _ in range(PASS_CORRECTIONS):
         at = Instant(projection.placed(moved, x), t, now.angles)
         x = projection.position_correction(model, structure, at, x, mask).x
     moved = projection.placed(moved, x)

@@ -15,6 +15,7 @@ from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import Body
 from lienumba.mechanics.system import constraints, dynamics, kkt
 from lienumba.mechanics.system.switched.border import Leaning
+from lienumba.mechanics.tolerances import LEAST_PIVOT
 from lienumba.mechanics.tree import acting
 from lienumba.mechanics.tree.articulated import Loads, Reduction, carried, gathered
 from lienumba.mechanics.tree.inertia import Six, times
@@ -29,13 +30,13 @@ NOTHING: Six = (0.0,) * 6
 @dataclass(frozen=True)
 class Solution:
     """rates: q'' of the tree, or a correction along them; mu: of every row of C, 0 for the joints of the tree; links:
-    the acceleration of every link that goes with them; sound, firm, margin: see `kkt.Solution`."""
+    the acceleration of every link that goes with them; nonsingular, row_weights, margin: see `kkt.Solution`."""
 
     rates: list[Any]
     mu: list[Any]
     links: list[Six]
-    sound: Any
-    firm: list[Any]
+    nonsingular: Any
+    row_weights: list[Any]
     margin: Any
 
     @property
@@ -63,7 +64,12 @@ def accelerations(
     solution = _solved(posture, structure, _relative_to(loads, there, rates, xi), xi, mask, leaning)
     rates = kkt.corrected(structure, rates, solution.rates, solution.margin)
     return Solution(
-        rates, solution.mu, carried(tree, posture.links, loads, rates), solution.sound, solution.firm, solution.margin
+        rates,
+        solution.mu,
+        carried(tree, posture.links, loads, rates),
+        solution.nonsingular,
+        solution.row_weights,
+        solution.margin,
     )
 
 
@@ -258,8 +264,8 @@ def _solved(
     mu = [solved.mu[row] if row in used else 0.0 for row in range(rows)]
     rates, links = reduction.solution({row: mu[row] for row in used})
     if structure.from_singular:
-        rates = [where(solved.margin > kkt.LEAST, x, 0.0) for x in rates]
-    return Solution(rates, mu, links, solved.sound, solved.firm, solved.margin)
+        rates = [where(solved.margin > LEAST_PIVOT, x, 0.0) for x in rates]
+    return Solution(rates, mu, links, solved.nonsingular, solved.row_weights, solved.margin)
 
 
 def _closing(

@@ -12,7 +12,7 @@ from lienumba.mechanics.elements.quantities import NOISES, QUANTITIES
 from lienumba.mechanics.elements.quantities.base import Refers
 from lienumba.mechanics.elements.quantities.built_in import Momentum
 from lienumba.mechanics.elements.quantities.switched import LockQuantity
-from lienumba.mechanics.system.discontinuities import SAME
+from lienumba.mechanics.tolerances import SAME_TIME_RTOL
 from lienumba.scenario.base.paths import INPUTS
 from lienumba.scenario.base.problems import Report, check_name, names_of, read
 from lienumba.scenario.base.toml import Keys
@@ -67,7 +67,7 @@ def check_noise(place: str, noise: Keys, lists: Lists, report: Report) -> None:
         return
     if check_samples(f"{place}.every", checked.interval, report) and isinstance(checked, Tabulated) and checked.samples:
         end, last = float(report.times[-1]), checked.interval * (checked.samples - 1)
-        if end > last * (1.0 + SAME):
+        if end > last * (1.0 + SAME_TIME_RTOL):
             rule = f"ends at {last:g} s, and the run at {end:g} s"
             report.add(f"{place}.table", rule, "give longer courses, or end the run earlier")
 
@@ -175,7 +175,7 @@ def _check_recording(place: str, recording: RecordedInput, table: Keys, report: 
     if report.times is None:
         return
     last, end = recording.times[-1], float(report.times[-1]) - recording.delay
-    if end > last * (1.0 + SAME) + SAME:
+    if end > last * (1.0 + SAME_TIME_RTOL) + SAME_TIME_RTOL:
         report.add(
             place,
             f"ends at {last:g}, but the run reads it until {end:.6g}",

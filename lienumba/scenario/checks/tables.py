@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lienumba.errors import ScenarioError
-from lienumba.mechanics.system.discontinuities import SAME
+from lienumba.mechanics.tolerances import SAME_TIME_RTOL
 from lienumba.numerics.expressions import Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import Tokens
@@ -26,7 +26,7 @@ def check_tables(parameters: Parameters, report: "Report") -> None:
     for tokens, formula, name, argument in _of_time(parameters):
         table, x = parameters.tables[name], _argument(parameters, argument, values, times)
         at = paths.written(tokens)
-        if x.max() > table.last * (1.0 + SAME) + SAME:
+        if x.max() > table.last * (1.0 + SAME_TIME_RTOL) + SAME_TIME_RTOL:
             report.add(
                 f"tables.{name}",
                 f"ends at {table.last:g}, but {at} = {show(formula.text)} reads it until {x.max():.6g}",
@@ -55,7 +55,7 @@ def check_samples(parameters: Parameters, samples: Mapping[str, Any], labels: Se
     for tokens, formula, name, argument in _of_time(parameters):
         reached = np.atleast_1d(_argument(parameters, argument, values, end))
         last = parameters.tables[name].last
-        beyond = np.flatnonzero(reached > last * (1.0 + SAME) + SAME)
+        beyond = np.flatnonzero(reached > last * (1.0 + SAME_TIME_RTOL) + SAME_TIME_RTOL)
         if len(beyond):
             at, run = f"{paths.written(tokens)} = {show(formula.text)}", labels[beyond[0]]
             rule = f"ends at {last:g}, but {at} reads it until {reached[beyond[0]]:.6g} in run {run}"

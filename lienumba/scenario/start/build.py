@@ -27,7 +27,7 @@ from lienumba.mechanics.mechanism.courses import Recorded, Recursion
 from lienumba.mechanics.mechanism.massless import is_massless
 from lienumba.mechanics.mechanism.model import GROUND, JointStart, Model, Pose, Start
 from lienumba.mechanics.mechanism.tables import Numbers, Samples
-from lienumba.mechanics.system.discontinuities import SAME
+from lienumba.mechanics.tolerances import SAME_TIME_RTOL
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import function_of
@@ -92,7 +92,7 @@ class _Noise:
 
     def samples(self, name: str, source: Recursion | Recorded, every: float | None, held: bool) -> Samples:
         """The courses by the name of their stream."""
-        number = 0 if every is None else floor(self.end / every * (1.0 + SAME)) + 1
+        number = 0 if every is None else floor(self.end / every * (1.0 + SAME_TIME_RTOL)) + 1
         knots = tuple(k * (every or 0.0) for k in range(1, number + 1))
         if self.labels is None:
             return Samples(Numbers(np.zeros(number + 1)), every or 1.0, float(number), held, knots)

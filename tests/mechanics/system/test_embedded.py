@@ -67,7 +67,7 @@ def test_a_step_is_that_of_the_literal_system_off_the_rotations_too(topology: st
         structure = kkt.Structure.of(m)
         mask = [1.0] * structure.rows
         solution = embedded.correction(m, structure, now, hat.bodies, mask)
-        if min(solution.firm) < 1.0 or not solution.sound:
+        if min(solution.row_weights) < 1.0 or not solution.nonsingular:
             continue
         rows = np.flatnonzero(projection.position_mask(m, mask))
         expected = literal_step(m, now, hat.bodies, rows)

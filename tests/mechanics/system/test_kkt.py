@@ -11,6 +11,7 @@ from lienumba.compiler.rows import W
 from lienumba.compiler.symbols import Graph
 from lienumba.groups import so3
 from lienumba.mechanics.system import constraints, dynamics, elimination_order, kkt, rotors
+from lienumba.mechanics.tolerances import SINGULAR_PIVOT
 from tests.compiler.evaluation import call
 from tests.facade import GROUND, JOINTS, Body, Instant, Joint, Model
 from tests.oracles.reference import naive
@@ -73,7 +74,7 @@ def check(m, x, block_order, seed=0):
     condition = np.linalg.cond(D_) ** 2 * np.linalg.cond(M) if len(D_) else 1.0
     error = np.abs(np.array([*got.x, *got.mu]) - expected).max() / np.abs(expected).max()
     assert error < 1e-15 * max(condition, 100.0), f"off by {error:.1e} in the order {block_order}"
-    assert got.sound > 0.0
+    assert got.nonsingular > 0.0
 
 
 def full_rank(m, x):
@@ -165,7 +166,7 @@ def test_compiled_solutions_are_those_on_floats(name):
     solution = dynamics.accelerations(m, kkt.Structure.of(m), Instant(symbols))
     states = [state(k, 10 + lane) for lane in range(W)]
     given = np.array([[y for body in x for y in body] for x in states]).T
-    out = call(Kernel("kkt", (*solution.x, *solution.mu, solution.sound), 0), state=given)
+    out = call(Kernel("kkt", (*solution.x, *solution.mu, solution.nonsingular), 0), state=given)
     for lane, x in enumerate(states):
         plain = dynamics.accelerations(m, kkt.Structure.of(m), Instant(x))
         expected = np.array([*plain.x, *plain.mu])
@@ -216,8 +217,8 @@ def margin(m, x):
     solution = dynamics.accelerations(m, kkt.Structure.of(m), Instant(symbols))
     given = np.repeat(np.array(x).reshape(-1, 1), W, axis=1)
     looped = kkt.Structure.of(m).looped
-    value = call(Kernel("margin", (solution.margin if looped else solution.sound,), 0), state=given)[0, 0]
-    return value - kkt.SINGULAR if looped else value
+    value = call(Kernel("margin", (solution.margin if looped else solution.nonsingular,), 0), state=given)[0, 0]
+    return value - SINGULAR_PIVOT if looped else value
 
 
 def on_one_platform(*points):

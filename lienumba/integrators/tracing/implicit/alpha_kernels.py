@@ -1,7 +1,7 @@
 """The kernels of generalised-alpha steps (`lienumba.integrators.methods.generalized_alpha`).
 
 guess      state, iterate -> iterate            what the step before has found
-newton     state, iterate -> iterate, change, whether it is sound     one iteration of Newton's method
+newton     state, iterate -> iterate, change, whether it is regular     one iteration of Newton's method
 step       state, iterate -> state, slopes, code, margin              the end, and what the continuous extension reads
 
 An iterate has the accelerations, the rates of laws' states and the multipliers at the end of a step, and eta, which

@@ -1,7 +1,7 @@
 """The kernels of implicit steps by collocation.
 
 guess      state, iterate -> iterate            stages on the polynomial of the step before
-newton     state, iterate -> iterate, change, whether it is sound     one iteration of Newton's method
+newton     state, iterate -> iterate, change, whether it is regular     one iteration of Newton's method
 step       state, iterate -> state, slopes, code, margin              the end, and what the continuous extension reads
 close      state, new state, slopes -> the error, damped, and the factor of the controller
 

@@ -107,7 +107,7 @@ class JointTracer(Tracer):
         posture = _tree(posture)
         solution = equations.accelerations(posture, self.structure, mask, expected, self.method.baumgarte)
         laws = self.law_states.together(law_states.rates(model, posture.now)) if self.laws else []
-        found = Dynamics(solution.rates, solution.mu, solution.sound, solution.margin)
+        found = Dynamics(solution.rates, solution.mu, solution.nonsingular, solution.margin)
         return [(*solution.rates, *laws)], found
 
     def moving_implicitly(

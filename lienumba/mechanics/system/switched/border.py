@@ -79,7 +79,7 @@ class Border:
     mask: list[Any]
     forces: Matrix
     inverse: Matrix | None
-    sound: Any
+    nonsingular: Any
 
     @staticmethod
     def of(S: Sequence[Sequence[Number]], names: Sequence[int], mask: Sequence[Number], leaning: Leaning) -> "Border":
@@ -103,11 +103,11 @@ class Border:
         for i in size:
             for j in size:
                 B[i][j] = mask[i] * B[i][j] * mask[j] + (1.0 - mask[i] if i == j else 0.0)
-        factors, sound = Factors.of(B, size), 1.0
+        factors, nonsingular = Factors.of(B, size), 1.0
         for k in size:
             least = SINGULAR * (mask[k] * S[k][k] + (1.0 - mask[k]))
-            sound = _sounder(sound, B[k][k], least, any(n == k for _, n in T))
-        return Border([list(row) for row in S], factors, list(mask), forces, None, sound)
+            nonsingular = _sounder(nonsingular, B[k][k], least, any(n == k for _, n in T))
+        return Border([list(row) for row in S], factors, list(mask), forces, None, nonsingular)
 
     def solve(self, y: Sequence[Number]) -> list[Any]:
         """lambda with -S lambda = y in the rows in use."""
@@ -135,16 +135,16 @@ def _beside(
     return found
 
 
-def _sounder(sound: Any, pivot: Number, least: Number, leans: bool) -> Any:
+def _sounder(nonsingular: Any, pivot: Number, least: Number, leans: bool) -> Any:
     lost = where(pivot < -least, PARADOX, DEPENDENT) if leans else DEPENDENT
-    return where(pivot > least, sound, where(sound < lost, sound, lost))  # NaN is not
+    return where(pivot > least, nonsingular, where(nonsingular < lost, nonsingular, lost))  # NaN is not
 
 
 def _sharing(
     S: Sequence[Sequence[Number]], mask: Sequence[Number], T: Entries, V: Entries, carries: Sequence[Number]
 ) -> Border:  # fmt: skip
     size, tangents = range(len(S)), {t for t, _ in T}
-    swept, sound = _swept(S, mask)
+    swept, nonsingular = _swept(S, mask)
     extra = [c * (1.0 - m) for c, m in zip(carries, mask, strict=True)]
     whole: Matrix = [[mask[i] if i == j else extra[i] * mask[j] * swept[i][j] for j in size] for i in size]
     forces: Matrix = [[0.0] * len(S) if i in tangents else list(whole[i]) for i in size]
@@ -162,9 +162,9 @@ def _sharing(
     order = [i for i in size if i not in tangents] + [i for i in size if i in tangents]
     factors = Factors.of(K, order)
     for k in size:
-        sound = _sounder(sound, K[k][k], 0.0 if k in tangents else SINGULAR, k not in tangents)
+        nonsingular = _sounder(nonsingular, K[k][k], 0.0 if k in tangents else SINGULAR, k not in tangents)
     inverse: Matrix = [[mask[i] * mask[j] * swept[i][j] for j in size] for i in size]
-    return Border([list(row) for row in S], factors, list(mask), forces, inverse, sound)
+    return Border([list(row) for row in S], factors, list(mask), forces, inverse, nonsingular)
 
 
 def _times(A: Matrix, x: Sequence[Number]) -> list[Any]:
@@ -181,9 +181,9 @@ def _swept(S: Sequence[Sequence[Number]], mask: Sequence[Number]) -> tuple[Matri
     """S once its rows in use R have been swept: -S^-1 in these, S_XR S^-1 in others; and whether R is independent."""
     size = range(len(S))
     A: Matrix = [list(row) for row in S]
-    sound: Any = 1.0
+    nonsingular: Any = 1.0
     for k in size:
-        sound = _sounder(sound, mask[k] * A[k][k] + (1.0 - mask[k]), SINGULAR * mask[k] * S[k][k], False)
+        nonsingular = _sounder(nonsingular, mask[k] * A[k][k] + (1.0 - mask[k]), SINGULAR * mask[k] * S[k][k], False)
         inverse = mask[k] * divide(1.0, where(mask[k] > 0.0, A[k][k], 1.0))
         column = [A[min(i, k)][max(i, k)] for i in size]  # A is kept in its upper triangle
         for i in size:
@@ -199,4 +199,4 @@ def _swept(S: Sequence[Sequence[Number]], mask: Sequence[Number]) -> tuple[Matri
             elif i > k:
                 A[k][i] = swept
         A[k][k] = where(mask[k] > 0.0, -inverse, A[k][k])
-    return [[A[min(i, j)][max(i, j)] for j in size] for i in size], sound
+    return [[A[min(i, j)][max(i, j)] for j in size] for i in size], nonsingular

@@ -128,15 +128,15 @@ def rod(friction, turned=1.0, contacts=1):
 def test_painleves_paradox_is_told():
     """1 + 3 cos a (cos a - mu sin a) < 0: a rod whose end is driven into the floor by its friction."""
     limit = (1.0 + 3.0 * 0.25) / (3.0 * 0.5 * 0.75**0.5)
-    for friction, turned, sound in ((0.99, -1.0, 1.0), (1.01, -1.0, PARADOX), (1.01, 1.0, 1.0)):
+    for friction, turned, nonsingular in ((0.99, -1.0, 1.0), (1.01, -1.0, PARADOX), (1.01, 1.0, 1.0)):
         model, now = rod(friction * limit, turned)
-        assert dynamics.accelerations(model, kkt.Structure.of(model), now, [1.0, 0.0, 0.0]).sound == sound
+        assert dynamics.accelerations(model, kkt.Structure.of(model), now, [1.0, 0.0, 0.0]).nonsingular == nonsingular
 
 
 def test_rows_that_say_the_same_are_told():
     model, now = rod(0.2, contacts=2)
     solution = dynamics.accelerations(model, kkt.Structure.of(model), now, [1.0, 0.0, 0.0, 1.0, 0.0, 0.0])
-    assert solution.sound == DEPENDENT
+    assert solution.nonsingular == DEPENDENT
 
 
 def test_rows_that_only_rounding_tells_from_others_are_zero():
