@@ -171,20 +171,6 @@ def times_table(name: str) -> str:
     return markdown(["", *(f"{text(level)} m" for level in case.levels)], lines)
 
 
-def ratios_table(name: str) -> str:
-    """Times of adaptive steps by those of the fixed steps that meet the same error."""
-    wanted = [(method, level, both(name, method, level)) for method in PAIRS for level in CASES[name].levels]
-    there = [(method, level, pair) for method, level, pair in wanted if pair is not None]
-    found = seconds(name, [one for *_, pair in there for one in pair])
-    least = found.min(axis=0)
-    lines = [
-        [method, text(level), _us(least[2 * n]), _us(least[2 * n + 1]), f"{least[2 * n + 1] / least[2 * n]:.2f}"]
-        for n, (method, level, _) in enumerate(there)
-    ]
-    head = ["", "error, m", "fixed, us", "adaptive, us", "ratio"]
-    return markdown(head, lines)
-
-
 def _us(seconds: float) -> str:
     """In microseconds, three digits."""
     return text(1e6 * seconds, digits=3)
