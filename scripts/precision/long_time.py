@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from document import markdown, text
-from precision.cases import FREE, METHODS, gallery, simulated
+from precision.cases import FREE, gallery, simulated
 
+METHODS = ("euler", "heun", "kutta3", "rk4", "dop853")
 STEPS = 1_000_000
 STORED = 200  # intervals in which the state is looked at
 MOMENTUM = {"quantities": [{"name": "momentum", "type": "momentum"}]}  # about the origin, where the pivot is

@@ -14,7 +14,6 @@ TABLES: dict[str, Callable[[], str]] = {
         ("steps", work.steps_table, work.CASES),
         ("times", work.times_table, work.CASES),
         ("adaptive", work.adaptive_table, work.CASES),
-        ("adaptive times", work.ratios_table, work.CASES),
         ("tolerances", tolerances.table, tolerances.CASES),
         ("long", long_time.table, long_time.CASES),
     )

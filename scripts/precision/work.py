@@ -16,8 +16,9 @@ import numpy as np
 
 from document import markdown, text
 from lienumba.integrators import methods
-from precision.cases import METHODS, PAIRS, gallery, simulated, study
+from precision.cases import PAIRS, gallery, simulated, study
 
+METHODS = ("heun", "kutta3", "rk4", "cf4", "dp54", "tsit54", "dop853")
 EXACT = {"integrator.method": "dop853", "integrator.tolerance": 1e-13}
 QUANTILE = 0.9
 MOST = 50_000  # steps of a run
@@ -44,11 +45,9 @@ CASES = {
 }
 
 
-def error_of(ds: Any, worst: bool) -> np.ndarray:
-    """Of the positions in the end (points,): 90 % of the runs are better, or all."""
-    found = ds["final_position_error"]
-    found = found.max("run", skipna=False) if worst else found.quantile(QUANTILE, "run", skipna=False)
-    return np.asarray(found.values).ravel()
+def error_of(ds: Any) -> np.ndarray:
+    """Of the positions in the end (points,): 90 % of the runs are better."""
+    return np.asarray(ds["final_position_error"].quantile(QUANTILE, "run", skipna=False).values).ravel()
 
 
 @cache
@@ -72,23 +71,22 @@ def _ends(case: Case) -> dict[str, Any]:
 
 
 @cache
-def scan(name: str, method: str, adaptive: bool) -> tuple[np.ndarray, dict[bool, np.ndarray]]:
-    """Numbers of steps, or reciprocal tolerances, and the errors (of the worst run, or the quantile) that they give:
-    until the smallest level is met, or there are too many steps."""
+def scan(name: str, method: str, adaptive: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of steps, or reciprocal tolerances, and their errors, until the smallest level is met, or there are too
+    many steps."""
     case = CASES[name]
     first, last = (1.0 / x for x in case.tolerances) if adaptive else (float(case.coarsest), MOST)
     factor = 10.0**0.5 if adaptive else 2.0**0.5
     wanted = [first * factor**n for n in range(1 + int(log(last / first, factor) + 1e-9))]
     tried: list[float] = []
-    errors: dict[bool, list[float]] = {False: [], True: []}
+    errors: list[float] = []
     for some in (wanted[n : n + AT_ONCE] for n in range(0, len(wanted), AT_ONCE)):
         ds = points(name, [setting(case, method, x, adaptive) for x in some])
         tried += some
-        for worst, values in errors.items():
-            values += error_of(ds, worst).tolist()
-        if errors[True][-1] < case.levels[-1] or float(ds["steps"].max()) > MOST:
+        errors += error_of(ds).tolist()
+        if errors[-1] < case.levels[-1] or float(ds["steps"].max()) > MOST:
             break
-    return np.array(tried), {worst: np.array(values) for worst, values in errors.items()}
+    return np.array(tried), np.array(errors)
 
 
 def setting(case: Case, method: str, x: float, adaptive: bool) -> dict[str, Any]:
@@ -97,10 +95,10 @@ def setting(case: Case, method: str, x: float, adaptive: bool) -> dict[str, Any]
 
 
 @cache
-def needed(name: str, method: str, level: float, adaptive: bool = False, worst: bool = False) -> float | None:
+def needed(name: str, method: str, level: float, adaptive: bool = False) -> float | None:
     """The steps, or the reciprocal tolerance, at which the error falls below a level; None if it does not."""
     tried, errors = scan(name, method, adaptive)
-    e = np.where(np.isfinite(errors[worst]), errors[worst], np.inf)
+    e = np.where(np.isfinite(errors), errors, np.inf)
     above = np.flatnonzero(e > level)
     n = above[-1] + 1 if len(above) else 0
     if n == len(e):
@@ -126,9 +124,9 @@ def steps_table(name: str) -> str:
     return markdown(head, [steps_row(name, method) for method in METHODS])
 
 
-def both(name: str, method: str, level: float, worst: bool) -> list[dict[str, Any]] | None:
+def both(name: str, method: str, level: float) -> list[dict[str, Any]] | None:
     """The cheapest fixed step and the tolerance that meet a level; None where either does not, or the coarsest does."""
-    fixed, free = (needed(name, method, level, adaptive, worst) for adaptive in (False, True))
+    fixed, free = (needed(name, method, level, adaptive) for adaptive in (False, True))
     case = CASES[name]
     if fixed is None or free is None or fixed == case.coarsest:
         return None
@@ -139,24 +137,18 @@ def adaptive_rows(name: str, method: str) -> list[list[str]]:
     """Tolerance against fixed step: what is found, and the ratio of mean evaluations."""
     rows = []
     for level in CASES[name].levels:
-        for worst in (False, True):
-            pair = both(name, method, level, worst)
-            if pair is None:
-                continue
-            ds = points(name, pair)
-            steps, rejected = (ds[x].mean("run").values.ravel() for x in ("steps", "rejected_steps"))
-            work = ds["evaluations"].mean("run").values.ravel()
-            errors = error_of(ds, worst)
-            runs = "worst" if worst else "90 %"
-            cells = [text(pair[1]["tolerance"], digits=2), f"{steps[0]:,.0f}", f"{steps[1]:,.0f}"]
-            cells += [f"{rejected[1]:.1f}", *(text(e, digits=2) for e in errors), f"{work[1] / work[0]:.2f}"]
-            rows.append([method, text(level), runs, *cells])
+        pair = both(name, method, level)
+        if pair is None:
+            continue
+        ds = points(name, pair)
+        steps, work = (ds[x].mean("run").values.ravel() for x in ("steps", "evaluations"))
+        counts = [f"{steps[0]:,.0f}", f"{steps[1]:,.0f}", f"{work[1] / work[0]:.2f}"]
+        rows.append([method, text(level), text(pair[1]["tolerance"], digits=2), *counts])
     return rows
 
 
 def adaptive_table(name: str) -> str:
-    head = ["", "error, m", "of", "tolerance", "fixed steps", "adaptive steps, mean", "rejected, mean"]
-    head += ["error of fixed", "of adaptive", "evaluations, adaptive / fixed"]
+    head = ["", "error, m", "tolerance", "fixed steps", "adaptive steps, mean", "evaluations, adaptive / fixed"]
     return markdown(head, [row for method in PAIRS for row in adaptive_rows(name, method)])
 
 
@@ -177,27 +169,6 @@ def times_table(name: str) -> str:
     }
     lines = [[method, *(cells.get((method, level), "") for level in case.levels)] for method in METHODS]
     return markdown(["", *(f"{text(level)} m" for level in case.levels)], lines)
-
-
-def ratios_table(name: str) -> str:
-    """Times of adaptive steps by those of the fixed steps that meet the same error."""
-    wanted = [
-        (method, level, worst, both(name, method, level, worst))
-        for method in PAIRS
-        for level in CASES[name].levels
-        for worst in (False, True)
-    ]
-    there = [(method, level, worst, pair) for method, level, worst, pair in wanted if pair is not None]
-    found = seconds(name, [one for *_, pair in there for one in pair])
-    least, middle = found.min(axis=0), np.median(found, axis=0)
-    lines = []
-    for n, (method, level, worst, _) in enumerate(there):
-        fixed, free = 2 * n, 2 * n + 1
-        times = [_us(least[x]) for x in (fixed, free)]
-        ratios = [f"{x[free] / x[fixed]:.2f}" for x in (least, middle)]
-        lines.append([method, text(level), "worst" if worst else "90 %", *times, *ratios])
-    head = ["", "error, m", "of", "fixed, us", "adaptive, us", "ratio of minima", "ratio of medians"]
-    return markdown(head, lines)
 
 
 def _us(seconds: float) -> str:

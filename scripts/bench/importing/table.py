@@ -1,4 +1,4 @@
-"""The table of imported models, for people and as CSV."""
+"""The table of imported models as CSV, and its summary on the page."""
 
 import csv
 import math
@@ -12,13 +12,8 @@ PAGE, SHEET = Path("docs/import.md"), Path("docs/import_check.csv")
 BEGIN, END = "<!-- import_check -->", "<!-- /import_check -->"
 CLOSE = 1e-11
 SEPARATOR = "; "
-STILL = "has nothing that moves"
 OF_MOTION = ("moved", "theirs", "step", "lasted")
 FIELDS = [field.name for field in fields(Row)]
-HEAD = (
-    "model", "links", "coordinates", "loops", "import s", "accelerations", "refined", "by Pinocchio", "moved m",
-    "MuJoCo itself m", "s", "not compared",
-)  # fmt: skip
 
 
 def line(row: Row) -> str:
@@ -46,21 +41,6 @@ def best(row: Row) -> float:
     return min((x for x in (row.error, row.refined, row.pinocchio) if not math.isnan(x)), default=math.nan)
 
 
-def markdown(rows: Sequence[Row]) -> str:
-    """The table, and what has nothing that moves."""
-    lines = [f"| {' | '.join(HEAD)} |", "|---|" + "---:|" * (len(HEAD) - 2) + "---|"]
-    still = [row.model for row in rows if STILL in row.refused]
-    for row in (row for row in rows if row.model not in still):
-        if row.refused:
-            lines.append(f"| {row.model} |{' |' * (len(HEAD) - 2)} refused: {_cell(row.refused)} |")
-            continue
-        told = "; ".join([*row.lost, *([row.trouble] if row.trouble else [])])
-        numbers = [row.links, row.coordinates, row.loops or "", f"{row.seconds:.2f}"]
-        numbers += map(_short, (row.error, row.refined, row.pinocchio, row.moved, row.theirs))
-        lines.append(f"| {' | '.join(map(str, [row.model, *numbers, _plain(row.lasted), _cell(told)]))} |")
-    return "\n".join([*lines, "", f"Refused, since nothing in them moves: {', '.join(still)}."])
-
-
 def keep(rows: Sequence[Row], root: Path, order: Sequence[str]) -> list[Row]:
     """Renew these rows of the sheet; motions stay where these have none. Returns all of them, in this order."""
     sheet = root / SHEET
@@ -79,13 +59,13 @@ def keep(rows: Sequence[Row], root: Path, order: Sequence[str]) -> list[Row]:
 
 
 def write(rows: Sequence[Row], root: Path) -> None:
-    """The table, between its markers on the page."""
+    """The summary, between its markers on the page."""
     page = root / PAGE
     text = page.read_text(encoding="utf-8") if page.exists() else ""
     if BEGIN not in text or END not in text:
         raise SystemExit(f"{PAGE} has no {BEGIN} ... {END}")
     before, after = text.split(BEGIN)[0], text.split(END)[1]
-    page.write_text(f"{before}{BEGIN}\n{counts(rows)}\n\n{markdown(rows)}\n{END}{after}", encoding="utf-8")
+    page.write_text(f"{before}{BEGIN}\n{counts(rows)}\n{END}{after}", encoding="utf-8")
 
 
 def _cells(row: Row) -> dict[str, object]:
@@ -110,11 +90,3 @@ def _named(kind: object) -> str:
 
 def _short(x: float) -> str:
     return "" if math.isnan(x) else f"{x:.0e}"
-
-
-def _plain(x: float) -> str:
-    return "" if math.isnan(x) else f"{x:g}"
-
-
-def _cell(text: str) -> str:
-    return " ".join(text.split()).replace("|", "\\|")
