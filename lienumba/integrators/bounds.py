@@ -6,6 +6,7 @@ from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, kernel, maximum
 
 CHANGE_SAFETY = 4.0  # times what a signal changes by in two steps: inside of them it goes no farther
+OSCILLATION_RATIO = 2.5  # a step times the largest rate so far, relative to the largest value: nearly half a period
 MONOTONE_RATIO = 2.0  # times another rate, or less: about as large
 
 

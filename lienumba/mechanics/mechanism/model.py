@@ -283,11 +283,13 @@ NONE = -1  # no signal
 class Kept:
     """What is kept of a signal while another one, a condition, is above 0 (both by their numbers, NONE for 1 and for
     always), with a time (s): the LARGEST or SMALLEST value and when it is that; the INTEGRAL, and over how long; the
-    FIRST or LAST value, and when; the COUNT of how often the condition becomes true."""
+    FIRST or LAST value, and when; the COUNT of how often the condition becomes true. event: the name of the event that
+    is meant by the condition, at which the value is taken instead."""
 
     kind: str
     value: int
     condition: int
+    event: str = ""
 
 
 @dataclass(frozen=True)

@@ -22,12 +22,14 @@ from lienumba.integrators.drivers.measuring.points import (
 )
 from lienumba.integrators.drivers.measuring.subintervals import record_event, record_step
 from lienumba.integrators.drivers.workspace import Context, Places, Rows
+from lienumba.integrators.hysteresis import HYSTERESIS_RTOL, ROOT_RTOL
 from lienumba.integrators.layout import (
     CHANGES,
     ELSEWHERE,
     FRESH,
     KEPT_TIME,
     KEPT_VALUE,
+    LARGEST_RATES,
     LARGEST_SIZES,
     NODES,
     PICKED,
@@ -80,6 +82,12 @@ def _evaluate_start(context: Context) -> None:
     stages.commit(unseen, signals(context, 0), signals(context, ELSEWHERE), sizes.signals)
     for signal in range(sizes.signals if sizes.seen == 0 else 0):
         put(rates, signal, unseen & (load(at.lanes, SEEN) < 0.0), splat(np.nan))
+    for n in range(sizes.kept):
+        record = nth_record(context, n)
+        if record.condition >= 0:  # what has come to rest is above 0 by roundoff only
+            peak, size = load(record.rows, layout.KEPT_PEAK), load(record.rows, layout.KEPT_SIZE)
+            rests = load(signals(context, 0), record.condition) <= ROOT_RTOL * size
+            put(record.rows, layout.KEPT_PEAK, unseen & rests & (peak > HYSTERESIS_RTOL * size), splat(0.0))
     put(at.lanes, SEEN, good, splat(1.0))
 
 
@@ -199,6 +207,7 @@ def begin_measures(context: Context) -> None:
         x = load(now, signal)
         put(signals(context, CHANGES), signal, fresh, splat(np.inf))
         put(signals(context, RATES), signal, fresh, splat(np.nan))
+        put(signals(context, LARGEST_RATES), signal, fresh, splat(0.0))
         put(signals(context, LARGEST_SIZES), signal, fresh, choose(x == x, absolute(x), 0.0))
     forget_past(sizes, at, fresh)
     for n in range(sizes.kept):
@@ -207,7 +216,7 @@ def begin_measures(context: Context) -> None:
         if record.condition >= 0:
             x = load(now, record.condition)
         none = 0.0 if kind == layout.COUNTS else 0.0 if kind == layout.INTEGRATES else np.nan
-        put(rows, layout.KEPT_TRUE, fresh, choose(x > 0.0, splat(1.0), 0.0))
+        put(rows, layout.KEPT_PEAK, fresh, choose(x > 0.0, x, 0.0))
         put(rows, layout.KEPT_SIZE, fresh, choose(x == x, absolute(x), 0.0))
         put(rows, layout.KEPT_UNDEFINED, fresh, choose(x == x, splat(0.0), 1.0))
         put(rows, KEPT_VALUE, fresh, splat(none))
