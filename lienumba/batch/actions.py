@@ -31,8 +31,10 @@ def plan(model: Model, held: Sequence[int]) -> Plan:
     records, guards = _records(model)
     for event in model.events:
         of = _targets(model, event, held)
-        action, written = ACTS.get(event.action, RECORDS), "." not in event.name
-        acts.append((action, len(targets), len(of), value, int(event.once), _needed(model, event), int(written)))
+        clock, written = held[event.clock] if event.clock >= 0 and not event.stop else -1, "." not in event.name
+        action = ACTS.get(event.action, SETS if clock >= 0 else RECORDS)
+        needed = _needed(model, event)
+        acts.append((action, len(targets), len(of), value, int(event.once), needed, int(written), clock))
         targets += of
         value += len(event.numbers)
     return Plan(

@@ -84,7 +84,8 @@ ACTION = 0  # RECORDS, LOCKS, ENGAGES, RELEASES or SETS
 TARGET, TARGETS = 1, 2  # the first of its targets among those of all events, and how many: switches, or rows of states
 VALUE, ONCE = 3, 4  # the first of its values, and whether it acts only once
 NEEDS, WRITTEN = 5, 6  # the switch that has to be on, -1 if none; whether its condition is of the scenario
-ACT_NUMBERS = 7
+CLOCK_ROW = 7  # the row of states that is its latest time (s), -1 if none
+ACT_NUMBERS = 8
 RECORDS, LOCKS, ENGAGES, RELEASES, SETS = range(5)
 
 # Rows of what is known of each event: see `peak_row`.

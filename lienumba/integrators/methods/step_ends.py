@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from lienumba.integrators.bounds import MONOTONE_RATIO, OSCILLATION_RATIO, by_changes, by_rates
-from lienumba.integrators.codes import HUGE
 from lienumba.integrators.hysteresis import HYSTERESIS_RTOL, ROOT_RTOL, STAGE_RTOL, settled
 from lienumba.mechanics.mechanism.model import COUNT, FIRST, INTEGRAL, LARGEST, LAST, SMALLEST
 from lienumba.numerics.number import Number
@@ -88,7 +87,7 @@ class Ends:
         """One of two numbers: whether it may be on both sides of 0, for stages that are next to the ends, too, and by
         more than rounding."""
         reach = self.if_it_turns(self.reach, 0.0) + STAGE_RTOL * (self.most - self.least)
-        faint = maximum(self.most, -self.least) + reach <= ROOT_RTOL * known_size(self.size)
+        faint = maximum(self.most, -self.least) + reach <= ROOT_RTOL * self.size
         still = where(reach <= 0.0, no, where(faint, no, yes))
         return where(self.least > reach, no, where(self.most < -reach, no, still))
 
@@ -103,11 +102,6 @@ class Ends:
         few, many = mean * (1.0 / MONOTONE_RATIO), mean * MONOTONE_RATIO
         no = self._if_it_oscillates(yes, no)
         return where(low >= minimum(few, many), where(high <= maximum(few, many), no, yes), yes)
-
-
-def known_size(size: Number) -> Any:
-    """Of which fractions are rounding: none where it was infinite."""
-    return where(size < HUGE, size, 0.0)
 
 
 class Known(NamedTuple):
@@ -134,7 +128,7 @@ def matters(
     found: Number = 0.0
     bent, turned = (_any_crosses(every) for every in (bends, turns))
     if condition is not None:
-        reach, size = condition.if_it_turns(condition.reach, 0.0), known_size(known.size)
+        reach, size = condition.if_it_turns(condition.reach, 0.0), known.size
         as_told = replace(condition, before=known.settled(condition.before), after=known.settled(condition.after))
         band = maximum(HYSTERESIS_RTOL * size - maximum(known.peak, condition.most), 0.0)
         lasts = where(known.peak > 0.0, condition.least + band, as_told.least)
@@ -151,7 +145,7 @@ def matters(
         begin, end = (value.before, value.most) if kind == LARGEST else (-value.before, -value.least)
         most = known.value if kind == LARGEST else -known.value
         beyond = value.if_it_turns(end + value.reach, begin)
-        found = _where(bent, 1.0, where(beyond <= most + ROUNDING * known_size(value.size), found, 1.0))
+        found = _where(bent, 1.0, where(beyond <= most + ROUNDING * value.size, found, 1.0))
     if condition is None:
         return found
     never = begins < -reach if condition.rates is None else begins <= -reach

@@ -116,4 +116,3 @@ def test_an_extreme_that_is_higher_by_rounding_is_not_looked_for() -> None:
     known = Known(np.zeros(RUNS), np.zeros(RUNS), np.ones(RUNS), np.zeros(RUNS), np.zeros(RUNS))
     assert (matters(LARGEST, known, faint, None, None) == 0.0).all()
     assert (matters(LARGEST, known, replace(faint, size=0.0), None, None) == 1.0).mean() > 0.3
-    assert (matters(LARGEST, known, replace(faint, size=np.inf), None, None) == 1.0).mean() > 0.3

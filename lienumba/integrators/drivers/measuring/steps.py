@@ -9,6 +9,7 @@ from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, call, choose
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
+from lienumba.integrators.bounds import finite_size
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.measuring.points import (
     LEANING,
@@ -40,7 +41,6 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
-from lienumba.numerics.operations import absolute
 
 
 @apart
@@ -208,7 +208,7 @@ def begin_measures(context: Context) -> None:
         put(signals(context, CHANGES), signal, fresh, splat(np.inf))
         put(signals(context, RATES), signal, fresh, splat(np.nan))
         put(signals(context, LARGEST_RATES), signal, fresh, splat(0.0))
-        put(signals(context, LARGEST_SIZES), signal, fresh, choose(x == x, absolute(x), 0.0))
+        put(signals(context, LARGEST_SIZES), signal, fresh, finite_size(x))
     forget_past(sizes, at, fresh)
     for n in range(sizes.kept):
         record, x = nth_record(context, n), splat(1.0)
@@ -217,7 +217,7 @@ def begin_measures(context: Context) -> None:
             x = load(now, record.condition)
         none = 0.0 if kind == layout.COUNTS else 0.0 if kind == layout.INTEGRATES else np.nan
         put(rows, layout.KEPT_PEAK, fresh, choose(x > 0.0, x, 0.0))
-        put(rows, layout.KEPT_SIZE, fresh, choose(x == x, absolute(x), 0.0))
+        put(rows, layout.KEPT_SIZE, fresh, finite_size(x))
         put(rows, layout.KEPT_UNDEFINED, fresh, choose(x == x, splat(0.0), 1.0))
         put(rows, KEPT_VALUE, fresh, splat(none))
         put(rows, KEPT_TIME, fresh, splat(none))

@@ -8,6 +8,7 @@ from math import nan
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
 from lienumba.integrators import layout
+from lienumba.integrators.bounds import finite_size
 from lienumba.integrators.methods.step_ends import Ends, Known, Past, added, matters
 from lienumba.integrators.tracing.measuring.signals import said_itself
 from lienumba.integrators.tracing.measuring.smooth import smooth
@@ -61,7 +62,7 @@ def keep(tracer: Tracer) -> Kernel:
             rows[places[1]] = where(picked == 0.0, changed, ends[n].change)
             rows |= {places[2]: where(picked == 0.0, earlier, changed)} if n in even else {}
         rows[places[0]] = where(picked == 0.0, before, after[n])
-        rows[places[4]] = where(picked == 0.0, size, maximum(absolute(after[n]), size))  # NaN is none
+        rows[places[4]] = where(picked == 0.0, size, maximum(finite_size(after[n]), size))
     gains = _gains(tracer, graph, kept)
     if tracer.method.adaptive:
         rows |= {layout.gain_row(sizes) + made.index(n): gain for n, gain in gains.items()}
@@ -77,7 +78,7 @@ def keep(tracer: Tracer) -> Kernel:
         holds, taken = None if condition is None else condition.after, where(opens > 0.0, 0.0, picked)
         new = added(x.kind, known, after.get(x.value), holds, gain, taken, t, until)
         if holds is not None:
-            size = maximum(absolute(holds), known.size)  # NaN is none
+            size = maximum(finite_size(holds), known.size)
             new = new._replace(size=where(picked == 0.0, known.size, size))
         places = [layout.KEPT_VALUE, layout.KEPT_TIME, layout.KEPT_PEAK, layout.KEPT_UNDEFINED, layout.KEPT_SIZE]
         rows |= {own + at: y for at, old, y in zip(places, known, new, strict=True) if y is not old}
