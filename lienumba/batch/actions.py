@@ -31,8 +31,10 @@ def plan(model: Model, held: Sequence[int]) -> Plan:
     records, guards = _records(model)
     for event in model.events:
         of = _targets(model, event, held)
-        action, written = ACTS.get(event.action, RECORDS), "." not in event.name
-        acts.append((action, len(targets), len(of), value, int(event.once), _needed(model, event), int(written)))
+        clock, written = held[event.clock] if event.clock >= 0 and not event.stop else -1, "." not in event.name
+        action = ACTS.get(event.action, SETS if clock >= 0 else RECORDS)
+        needed = _needed(model, event)
+        acts.append((action, len(targets), len(of), value, int(event.once), needed, int(written), clock))
         targets += of
         value += len(event.numbers)
     return Plan(
@@ -50,9 +52,10 @@ def _records(model: Model) -> tuple[list[tuple[int, ...]], list[int]]:
     """What is recorded of runs as a whole, and the guards of all records: the signals at whose zeros the value or the
     condition of a record has kinks or jumps, and the condition itself."""
     found, guards, every, kinks = list[tuple[int, ...]](), list[int](), signals(model), turning(model)
+    texts = {_text(event.when): n for n, event in reversed([*enumerate(model.events)])}
     for x in kept(model):
         condition = None if x.condition == NONE else every[x.condition]
-        event = next((n for n, event in enumerate(model.events) if _alike(event.when, condition)), NONE)
+        event = NONE if condition is None else texts.get(_text(condition), NONE)
         own = [*kinks.get(x.value, ())] if x.kind in (INTEGRAL, LARGEST, SMALLEST) else []
         own += [] if condition is None else [*kinks.get(x.condition, ()), x.condition]
         found.append((KEPT.index(x.kind), x.value, x.condition, event, len(guards), len(own)))
@@ -60,13 +63,16 @@ def _records(model: Model) -> tuple[list[tuple[int, ...]], list[int]]:
     return found, guards
 
 
-def _alike(one: Timed, other: Timed) -> bool:
-    """Whether two conditions say the same of the same quantities."""
-    if not (isinstance(one, Law) and isinstance(other, Law)):
-        return isinstance(one, Formula) and isinstance(other, Formula) and one.plain == other.plain
-    if not (isinstance(one.function, Formula) and isinstance(other.function, Formula)):
-        return False
-    return one.quantities == other.quantities and one.function.plain == other.function.plain
+def at_events(model: Model) -> tuple[tuple[int, int, int], ...]:
+    """Of records of values at events: their numbers, those of the events, and those of the signals."""
+    names = [event.name for event in model.events]
+    return tuple((n, names.index(x.event), x.value) for n, x in enumerate(kept(model)) if x.event)
+
+
+def _text(x: Timed) -> str | None:
+    """A condition as it is written without needless blanks; None of what is no formula."""
+    formula = x.function if isinstance(x, Law) else x
+    return formula.plain if isinstance(formula, Formula) else None
 
 
 def _needed(model: Model, event: Event) -> int:

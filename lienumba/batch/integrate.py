@@ -14,10 +14,11 @@ from lienumba.integrators.drivers.workspace import Plan
 from lienumba.integrators.layout import (
     ACT_NUMBERS,
     KEPT_NUMBERS,
+    KEPT_PEAK,
     KEPT_ROWS,
     KEPT_TIME,
-    KEPT_TRUE,
     KEPT_UNDEFINED,
+    KEPT_VALUE,
     NEWTON,
     SWITCH_NUMBERS,
     on_row,
@@ -25,7 +26,16 @@ from lienumba.integrators.layout import (
     state_rows,
 )
 from lienumba.integrators.methods.step_control import Tolerance
-from lienumba.integrators.tracing.machine import Machine, aligned, observe, observe_events, place, prepare, read
+from lienumba.integrators.tracing.machine import (
+    Machine,
+    aligned,
+    measure,
+    observe,
+    observe_events,
+    place,
+    prepare,
+    read,
+)
 from lienumba.mechanics.mechanism.tables import Numbers, RunNumbers
 from lienumba.mechanics.system.discontinuities import Discontinuity
 
@@ -56,8 +66,8 @@ class Batch:
     parameters: floats, arrays (runs,), a table's Numbers, or RunNumbers; states (runs, 18 k + augmented) at the start;
     codes (runs,): 0 for those to be integrated; end: of the runs (s); h: the length of steps (s), or None with a pace;
     outputs: the times to be stored (s), from 0 to the end; discontinuities: where steps must end;
-    plan: what events do; changes: how many of a run are told; at_events: whether states at
-    events are wanted; bodies: how many; placed: their states at the start (runs, 18 k), where
+    plan: what events do; changes: how many of a run are told; at_events: whether states at events are wanted;
+    kept_at_events: see `actions.at_events`; bodies: how many; placed: their states at the start (runs, 18 k), where
     those of the moves are read from them; rests (runs,): the kinds of equilibria in which they start, if they do in
     such, and starts (runs, n): their numbers there; until: how far runs go (s), if not to their end.
     """
@@ -76,6 +86,7 @@ class Batch:
     plan: Plan = NO_EVENTS
     changes: int = 0
     at_events: bool = False
+    kept_at_events: tuple[tuple[int, int, int], ...] = ()
     bodies: int = 0
     placed: np.ndarray | None = None
     rests: np.ndarray | None = None
@@ -174,9 +185,10 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
         per_run(x, count)
         for x in (told.event_times, told.event_counts, told.changes, told.change_counts, told.energy_lost)
     )
+    _keep_at_events(batch, told, parameters)
     kept = per_run(told.kept, count).reshape(count, -1, KEPT_ROWS)
     never = np.isnan(kept[:, :, KEPT_TIME]) & (kept[:, :, KEPT_UNDEFINED] == 0.0)
-    kept = np.where(kept[:, :, KEPT_UNDEFINED, None] == 0.0, kept[:, :, :KEPT_TRUE], np.nan)
+    kept = np.where(kept[:, :, KEPT_UNDEFINED, None] == 0.0, kept[:, :, :KEPT_PEAK], np.nan)
     kept[never, KEPT_TIME] = np.inf
     at_events, on = _at_events(batch, told, parameters), on_row(machine.sizes)
     modes = per_run(states[:, on : on + machine.sizes.switches], count)
@@ -223,7 +235,8 @@ class Told(NamedTuple):
         """Nothing yet."""
         events = len(batch.plan.stops)
         times, changes = np.full((blocks, events, W), np.nan), np.full((blocks, batch.changes, 5, W), np.nan)
-        states = np.zeros((blocks, events * batch.at_events, state_rows(batch.machine.sizes), W))
+        wanted = events if batch.at_events or batch.kept_at_events else 0
+        states = np.zeros((blocks, wanted, state_rows(batch.machine.sizes), W))
         kept = np.full((blocks, KEPT_ROWS * batch.machine.sizes.kept, W), np.nan)
         return Told(times, np.zeros_like(times), states, changes, np.zeros((blocks, W)), np.zeros((blocks, W)), kept)
 
@@ -273,10 +286,19 @@ def _stopped(batch: Batch, states: np.ndarray, parameters: np.ndarray, times: np
     return found
 
 
+def _keep_at_events(batch: Batch, told: "Told", parameters: np.ndarray) -> None:
+    """Take the values of records at events from the states where these first happened; NaN where none did."""
+    for record, event, signal in batch.kept_at_events:
+        times, row = told.event_times[:, event], KEPT_ROWS * record
+        values = measure(batch.machine, told.event_states[:, event], parameters, times)[:, signal]
+        told.kept[:, row + KEPT_VALUE] = np.where(np.isnan(times), np.nan, values)
+        told.kept[:, row + KEPT_TIME], told.kept[:, row + KEPT_UNDEFINED] = times, 0.0
+
+
 def _at_events(batch: Batch, told: "Told", parameters: np.ndarray) -> np.ndarray | None:
     """See `Chunk`."""
     blocks, events = told.event_states.shape[:2]
-    if not events:
+    if not batch.at_events or not events:
         return None
     records = aligned(blocks, events, batch.record_rows, W)
     observe_events(

@@ -103,7 +103,7 @@ def compile_early(
 
 def batch_of(resolved: Scenario, prepared: Prepared, program: "Outline", machine: "Machine") -> "Batch":
     """The runs, ready to be executed."""
-    from lienumba.batch.actions import plan
+    from lienumba.batch.actions import at_events, plan
     from lienumba.batch.integrate import Batch
     from lienumba.integrators.tracing.joint import states as joint_states
     from lienumba.integrators.tracing.template import split
@@ -130,6 +130,7 @@ def batch_of(resolved: Scenario, prepared: Prepared, program: "Outline", machine
         plan=plan(prepared.model, program.held),
         changes=changes_told(prepared.model, data.output.max_changes),
         at_events=bool(data.output.at_events),
+        kept_at_events=at_events(prepared.model),
         bodies=len(prepared.model.bodies),
         placed=prepared.states if by_joints(resolved) else None,
         rests=prepared.rests,

@@ -10,9 +10,10 @@ ROOT_RTOL = 1e-12  # of that: what a condition is by rounding next to its root
 STAGE_RTOL = 1e-9  # of what a signal changes by in a step: a stage may be so far from where it should be
 
 
-def settled(condition: Number, true: Number, size: Number) -> Any:
-    """A condition with hysteresis: one that was `true` before (above 0) goes on until it is below 0 by HYSTERESIS_RTOL,
-    another one begins when it is above 0 by more than roundoff; size: the largest that it has been. NaN stays NaN."""
-    goes_on = where(condition > -HYSTERESIS_RTOL * size, maximum(condition, HOLDS), condition)
+def settled(condition: Number, peak: Number, size: Number) -> Any:
+    """A condition with hysteresis: one that was true before goes on until it has fallen by HYSTERESIS_RTOL, another one
+    begins when it is above 0 by more than roundoff. peak: the most that it has been since it became true, 0 where it
+    was not; size: the largest that it has been. NaN stays NaN."""
+    goes_on = where(peak - condition <= HYSTERESIS_RTOL * size, maximum(condition, HOLDS), condition)
     faint = where(condition > HOLDS, where(condition <= ROOT_RTOL * size, 0.0, condition), condition)
-    return where(true > 0.0, goes_on, faint)
+    return where(peak > 0.0, goes_on, faint)

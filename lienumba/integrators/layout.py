@@ -84,7 +84,8 @@ ACTION = 0  # RECORDS, LOCKS, ENGAGES, RELEASES or SETS
 TARGET, TARGETS = 1, 2  # the first of its targets among those of all events, and how many: switches, or rows of states
 VALUE, ONCE = 3, 4  # the first of its values, and whether it acts only once
 NEEDS, WRITTEN = 5, 6  # the switch that has to be on, -1 if none; whether its condition is of the scenario
-ACT_NUMBERS = 7
+CLOCK_ROW = 7  # the row of states that is its latest time (s), -1 if none
+ACT_NUMBERS = 8
 RECORDS, LOCKS, ENGAGES, RELEASES, SETS = range(5)
 
 # Rows of what is known of each event: see `peak_row`.
@@ -100,16 +101,17 @@ SEARCHES = 3
 
 # A record of a run as a whole: how, of which signal while which other one is above 0 (-1: of none, always), of which
 # event it has the condition (-1: of none), and its first guard, and how many, in the list of all guards
-# (`Plan.guards`). Its rows: the value, its time (s), NaN as long as there is none, whether the condition held where the
-# last step ended, whether it cannot be known, because something was undefined, the largest size of the condition where
-# steps ended so far, and whether what is between the ends of this step may change it. Signals are known in NODES of a
-# step and of a subinterval of it, and ELSEWHERE; behind that, by how much each changed in the last step (CHANGES) and
-# in the one before (EARLIER), and its rate at the end of that, NaN where it is not known (RATES).
+# (`Plan.guards`). Its rows: the value, its time (s), NaN as long as there is none, the most that the condition has been
+# since it holds, 0 where it does not, whether it cannot be known, because something was undefined, the largest size of
+# the condition where steps ended so far, and whether what is between the ends of this step may
+# change it. Signals are known in NODES of a step and of a subinterval of it, and ELSEWHERE; behind that, by how much
+# each changed in the last step (CHANGES) and in the one before (EARLIER), its rate at the end of that, NaN where it is
+# not known (RATES), and the largest sizes of the signal and of its rate so far.
 KEPT_NUMBERS = 6
 LARGEST, SMALLEST, INTEGRATES, KEEPS_FIRST, KEEPS_LAST, COUNTS = range(6)
-KEPT_VALUE, KEPT_TIME, KEPT_TRUE, KEPT_UNDEFINED, KEPT_SIZE, KEPT_OPEN, KEPT_ROWS = range(7)
+KEPT_VALUE, KEPT_TIME, KEPT_PEAK, KEPT_UNDEFINED, KEPT_SIZE, KEPT_OPEN, KEPT_ROWS = range(7)
 NODES = 7  # Lobatto's points of a subinterval, and two more at which their polynomial is tested
-ELSEWHERE, CHANGES, EARLIER, RATES, LARGEST_SIZES = range(2 * NODES, 2 * NODES + 5)
+ELSEWHERE, CHANGES, EARLIER, RATES, LARGEST_SIZES, LARGEST_RATES = range(2 * NODES, 2 * NODES + 6)
 PAST = 2  # steps whose lengths (s) are known, 0 where they say nothing of what follows
 
 
@@ -405,7 +407,7 @@ def signal_row(sizes: Sizes, point: int) -> int:
 def gain_row(sizes: Sizes) -> int:
     """The first row of what the step adds to integrals, as it says itself, and where a tolerance chooses steps what
     the kernel `quadrature` says of the errors of these."""
-    return signal_row(sizes, LARGEST_SIZES + 1)
+    return signal_row(sizes, LARGEST_RATES + 1)
 
 
 @kernel

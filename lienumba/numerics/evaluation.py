@@ -1,6 +1,7 @@
 """What a checked formula is worth: a number, whether a condition holds, and the margin by which it does."""
 
 import ast
+import copy
 import operator
 from collections.abc import Mapping
 from functools import reduce
@@ -14,6 +15,8 @@ from lienumba.numerics.operations import HOLDS, maximum, minimum, where
 WITHIN = "t within"  # the time that tells in which piece of a table t lies, and on which side of a comparison, where
 # this is not t itself; and the names that are no functions of the time. Only for straight lines in t: there steps land.
 Names = Mapping[str, Any]  # numbers, and tables, which are called with two
+_NAMES = (ast.Name, ast.Attribute, ast.Subscript)
+MOST_BRANCHES = 4  # of one comparison
 WHOLE = ("floor", "ceil", "mod")  # functions that jump where a whole number is reached
 
 
@@ -117,10 +120,34 @@ def _either(x: Number, y: Number) -> Any:
     return where(x > y, x, where(y >= x, y, holds))
 
 
+def _chosen(node: ast.Compare) -> ast.expr | None:
+    """The same comparison for each branch of the first `where` or `sign` in it, so that its margin does not jump where
+    that chooses another one; None without any, or with many."""
+    calls = [x for x in ast.walk(node) if isinstance(x, ast.Call) and ast.unparse(x.func) in ("where", "sign")]
+    if not 0 < len(calls) <= MOST_BRANCHES:
+        return None
+    call, args = calls[0], calls[0].args
+    if len(args) == 1:
+        above, below = (ast.Compare(args[0], [op()], [ast.Constant(0.0)]) for op in (ast.Gt, ast.Lt))
+        other = ast.Call(ast.Name("where"), [below, ast.Constant(-1.0), ast.Constant(0.0)], [])
+        args = [above, ast.Constant(1.0), other]
+    condition, *branches = args
+    found = list[ast.expr]()
+    for chosen, branch in zip((condition, ast.UnaryOp(ast.Not(), condition)), branches, strict=True):
+        own = copy.deepcopy(node, {id(call): branch})
+        if any(dotted(x) not in (*CONSTANTS, *FUNCTIONS) for x in ast.walk(own) if isinstance(x, _NAMES)):
+            found.append(ast.BoolOp(ast.And(), [chosen, own]))
+        elif _truth(own, {}) > 0.5:
+            found.append(chosen)
+    return ast.BoolOp(ast.Or(), found) if found else None
+
+
 def margin(node: ast.AST, names: Names, holds: bool = True) -> Any:
     """A number that is above 0 exactly where a condition holds (or, not `holds`, where it does not), and passes 0 as
     smoothly as its sides do."""
     match node:
+        case ast.Compare() if chosen := _chosen(node):
+            return margin(chosen, names, holds)
         case ast.BoolOp(op=word, values=values):
             least = isinstance(word, ast.And) == holds
             return reduce(_both if least else _either, [margin(x, names, holds) for x in values])

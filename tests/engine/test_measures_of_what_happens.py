@@ -171,3 +171,58 @@ def test_conditions_of_which_a_part_never_changes(integrator: dict[str, Any]) ->
         )
         np.testing.assert_allclose([ds[f"first{n}"].item() for n in range(len(texts))], first, rtol=1e-9)
         np.testing.assert_allclose(ds["event_time"][0], first, rtol=1e-9)
+
+
+@pytest.mark.parametrize("integrator", METHODS, ids=str)
+def test_what_sticks_does_not_slip_and_what_is_closed_has_no_gap(integrator: dict[str, Any]) -> None:
+    """A box slides to rest on a driven table; then it is carried, whatever roundoff says of speeds and gaps."""
+    mu, g, speed, end = 0.3, 9.81, 1.0, 2.0
+    conditions = ["f.slip > 0", "f.slip > 1e-12", "f.gap > 0", "f.gap < 0", "f.slip <= 0"]
+    texts = [f"{name}({x})" for x in conditions for name in ("last_time", "time_when", "count")]
+    box = parts.resting("box", 1.0, position=[0, 0, 0.1]) | {"velocity": [speed + 0.5, 0, 0]}
+    ds = measured(
+        {
+            "bodies": [box, parts.body("table", 5.0, position=[0, 0, 0], rotation=[1, 0, 0, 0])],
+            "joints": [parts.joint("rail", "prismatic", "table", at=[0, 0, 0], axis=[1, 0, 0])],
+            "drivers": [{"joint": "rail", "value": "0.5*t"}],
+            "contacts": [
+                parts.foot(f"f{n}", "box", [x, y, -0.1], to="table", normal=[0, 0, 1], friction=mu)
+                for n, (x, y) in enumerate([(0.3, 0.2), (-0.3, 0.2), (0.0, -0.3)])
+            ],
+        },
+        {f"m{n}": text for n, text in enumerate(texts)},
+        integrator | {"end_time": end},
+        quantities=[{"name": "f", "type": "contact", "contact": "f0"}],
+        events=[{"name": f"e{n}", "when": x} for n, x in enumerate(conditions)],
+    )
+    rests = speed / (mu * g)
+    found = np.reshape([float(ds[f"m{n}"][0]) for n in range(len(texts))], (-1, 3))
+    slips, never = [rests, rests, 1.0], [np.nan, 0.0, 0.0]
+    np.testing.assert_allclose(found, [slips, slips, never, never, [end, end - rests, 1.0]], rtol=1e-8)
+    np.testing.assert_array_equal(ds["event_count"][0], [1, 1, 0, 0, 1])
+
+
+@pytest.mark.parametrize("action", ["record", "set", "lock", "stop"])
+@pytest.mark.parametrize("condition", ["t > 0.5", "p.x > 0.5", "jump(t) > 0.5"])
+@pytest.mark.parametrize("integrator", METHODS, ids=str)
+def test_a_value_at_an_event_is_that_before_it_acts(integrator: dict[str, Any], condition: str, action: str) -> None:
+    """Of states and numbers the one before, of what jumps with the time the one behind; as `event_` variables are."""
+    slide = parts.joint("j", "prismatic", "b", at=[0, 0, 0], axis=[1, 0, 0], speed=1.0)
+    does = {"set": {"parameters": {"k": 5.0}}, "lock": {"joint": "j"}}.get(action, {})
+    values = {"p.x": 0.5, "v.x": 1.0, "v.x + 0*t": 1.0, "jump(t)": 1.0, "t": 0.5, "k": 1.0}
+    ds = measured(
+        {"gravity": [0, 0, 0], "bodies": [BODY], "joints": [slide]},
+        {f"m{n}": f"at({x}, ev)" for n, x in enumerate(values)}
+        | {"first": f"first_time({condition})", "n": f"count({condition})"},
+        integrator | {"end_time": 1.0},
+        parameters={"k": 1.0},
+        tables={"jump": {"times": [0, 0.5, 1], "values": [0, 1, 1], "interpolation": "hold"}},
+        quantities=[POINT, POINT | {"name": "v", "derivative": 1}]
+        + [{"name": f"q{n}", "type": "expression", "value": x} for n, x in enumerate(values)],
+        events=[{"name": "ev", "when": condition, "action": action} | does],
+        output={"every": 0.5, "at_events": [f"q{n}" for n in range(len(values))]},
+    )
+    for name in ("m{}", "event_q{}"):
+        found = [ds[name.format(n)].item() for n in range(len(values))]
+        np.testing.assert_allclose(found, [*values.values()], rtol=1e-9)
+    np.testing.assert_allclose([ds["first"].item(), ds["n"].item()], [0.5, 1.0], rtol=1e-9)

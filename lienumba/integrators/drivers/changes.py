@@ -49,6 +49,7 @@ from lienumba.integrators.layout import (
     BEGINS,
     BILATERAL,
     CHANGED,
+    CLOCK_ROW,
     ENGAGES,
     FREES,
     FRESH,
@@ -132,7 +133,7 @@ def change(context: Context, runs: ChunkRuns, queue: Queue, end: float, step: fl
             for lane in range(W):
                 if rows[first.lanes + CHANGED, lane] != 0.0 and fired(sizes, first, rows, lane, event):
                     _act(sizes, first, rows, plan, lane, event)
-                    sets = sets or plan.acts[event, ACTION] == SETS
+                    sets = sets or plan.acts[event, ACTION] == SETS or plan.acts[event, CLOCK_ROW] >= 0
             if sets:
                 call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
                 rescale(sizes, at, plan, at.following, load(lanes, CHANGED) != 0.0)
@@ -224,6 +225,8 @@ def _act(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, even
             rows[first.state + layout.on_row(sizes) + target, lane] = float(OFF)
         if LOCKS <= action <= ENGAGES:
             _turn_on(sizes, first, rows, plan, lane, target)
+    if plan.acts[event, CLOCK_ROW] >= 0:
+        rows[first.state + plan.acts[event, CLOCK_ROW], lane] = rows[first.lanes + T, lane]
 
 
 @apart
@@ -234,7 +237,7 @@ def _energy(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int) -
     sets, closes = False, False
     for event in range(sizes.events):
         if fired(sizes, first, rows, lane, event):
-            sets = sets or plan.acts[event, ACTION] == SETS
+            sets = sets or plan.acts[event, ACTION] == SETS or plan.acts[event, CLOCK_ROW] >= 0
             closes = closes or plan.acts[event, ACTION] == ENGAGES
     if sets or closes:
         energy += rows[behind - 1, lane]
@@ -346,7 +349,8 @@ def _tell(
     """What events have done in a lane, and impacts, to the books."""
     for event in range(sizes.events):
         action, impulse, energy = plan.acts[event, ACTION], 0.0, 0.0
-        if action != RECORDS and fired(sizes, first, rows, lane, event):
+        only_time = action == SETS and plan.acts[event, TARGETS] == 0
+        if action != RECORDS and not only_time and fired(sizes, first, rows, lane, event):
             tells = codes.RELEASED if action == RELEASES else codes.SET
             if action == ENGAGES:
                 energy, rows[first.lanes + GAINED, lane] = -rows[first.lanes + GAINED, lane], 0.0

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-from lienumba.integrators.bounds import MONOTONE_RATIO, by_changes, by_rates
-from lienumba.integrators.codes import HUGE
+from lienumba.integrators.bounds import MONOTONE_RATIO, OSCILLATION_RATIO, by_changes, by_rates
 from lienumba.integrators.hysteresis import HYSTERESIS_RTOL, ROOT_RTOL, STAGE_RTOL, settled
 from lienumba.mechanics.mechanism.model import COUNT, FIRST, INTEGRAL, LARGEST, LAST, SMALLEST
 from lienumba.numerics.number import Number
@@ -43,7 +42,8 @@ class Past:
 @dataclass(frozen=True)
 class Ends:
     """A signal at both ends of a step, what it was before, and its rates at both ends times the length of the step, NaN
-    where they are not known; smooth: whether it has no kinks; size: the largest that it has been."""
+    where they are not known; smooth: whether it has no kinks; size: the largest that it has been; turn: the largest
+    rate so far times the length of the step."""
 
     before: Number
     after: Number
@@ -51,6 +51,7 @@ class Ends:
     rates: tuple[Number, Number] | None = None
     smooth: bool = False
     size: Number = 0.0
+    turn: Number = 0.0
 
     @property
     def change(self) -> Number:
@@ -76,44 +77,45 @@ class Ends:
         """By how much it may leave what it is at the ends."""
         if self.rates is None:
             return by_changes(self.change, self.past.changes[0])
-        return by_rates(*self._rate_ends, self.change)
+        return self._if_it_oscillates(self.turn, by_rates(*self._rate_ends, self.change))
+
+    def _if_it_oscillates(self, yes: Number, no: Number) -> Any:
+        """One of two numbers: whether it may go through half a period in the step, by its largest rate so far."""
+        return where(self.turn > OSCILLATION_RATIO * self.size, yes, no)
 
     def if_it_crosses(self, yes: Number, no: Number) -> Any:
         """One of two numbers: whether it may be on both sides of 0, for stages that are next to the ends, too, and by
         more than rounding."""
         reach = self.if_it_turns(self.reach, 0.0) + STAGE_RTOL * (self.most - self.least)
-        faint = maximum(self.most, -self.least) + reach <= ROOT_RTOL * known_size(self.size)
+        faint = maximum(self.most, -self.least) + reach <= ROOT_RTOL * self.size
         still = where(reach <= 0.0, no, where(faint, no, yes))
         return where(self.least > reach, no, where(self.most < -reach, no, still))
 
     def if_it_turns(self, yes: Number, no: Number) -> Any:
         """One of two numbers: whether it may turn between the ends. It does not where its rates there are at least half
-        of the mean one, and at most twice that: what oscillates once in a step is never so even. Without rates, it does
-        not where the mean ones of three steps are as even: what oscillates half a time in a step is never that."""
+        of the mean one, and at most twice that, unless it may oscillate. Without
+        rates, it does not where the mean ones of three steps are as even: what oscillates half a time in a step is
+        never that."""
         if self.rates is None:
             return self.past.steady(self.change, no, yes) if self.smooth else yes
         (low, high), mean = self._rate_ends, self.after - self.before
         few, many = mean * (1.0 / MONOTONE_RATIO), mean * MONOTONE_RATIO
+        no = self._if_it_oscillates(yes, no)
         return where(low >= minimum(few, many), where(high <= maximum(few, many), no, yes), yes)
 
 
-def known_size(size: Number) -> Any:
-    """Of which fractions are rounding: none where it was infinite."""
-    return where(size < HUGE, size, 0.0)
-
-
 class Known(NamedTuple):
-    """What is kept: a value and its time (s), whether the condition held at the last end, whether it is undefined, and
-    the largest size of the condition so far."""
+    """What is kept: a value and its time (s), the most that the condition has been since it holds, 0 where it does not,
+    whether it is undefined, and the largest size of the condition so far."""
 
     value: Number
     time: Number
-    true: Number
+    peak: Number
     undefined: Number
     size: Number
 
     def settled(self, condition: Number) -> Any:
-        return settled(condition, self.true, self.size)
+        return settled(condition, self.peak, self.size)
 
 
 def matters(
@@ -126,23 +128,24 @@ def matters(
     found: Number = 0.0
     bent, turned = (_any_crosses(every) for every in (bends, turns))
     if condition is not None:
-        reach, size = condition.if_it_turns(condition.reach, 0.0), known_size(known.size)
+        reach, size = condition.if_it_turns(condition.reach, 0.0), known.size
         as_told = replace(condition, before=known.settled(condition.before), after=known.settled(condition.after))
-        lasts = where(known.true > 0.0, condition.least + HYSTERESIS_RTOL * size, as_told.least)
-        begins = where(known.true > 0.0, as_told.most, condition.most - ROOT_RTOL * size)
+        band = maximum(HYSTERESIS_RTOL * size - maximum(known.peak, condition.most), 0.0)
+        lasts = where(known.peak > 0.0, condition.least + band, as_told.least)
+        begins = where(as_told.most > 0.0, as_told.most, condition.most - ROOT_RTOL * size)
         found = _where(turned, 1.0, where(lasts > reach, 0.0, 1.0))
     if kind == INTEGRAL and gain is not None:
         found = where(gain == gain, _where(bent, 1.0, found), 1.0)
     elif kind == FIRST:
         found = where(known.time == known.time, 0.0, 1.0)
     elif kind == COUNT:
-        found = maximum(found, 1.0 - known.true)
+        found = where(known.peak > 0.0, found, 1.0)
     elif kind in (LARGEST, SMALLEST):
         assert value is not None, "of something"
         begin, end = (value.before, value.most) if kind == LARGEST else (-value.before, -value.least)
         most = known.value if kind == LARGEST else -known.value
         beyond = value.if_it_turns(end + value.reach, begin)
-        found = _where(bent, 1.0, where(beyond <= most + ROUNDING * known_size(value.size), found, 1.0))
+        found = _where(bent, 1.0, where(beyond <= most + ROUNDING * value.size, found, 1.0))
     if condition is None:
         return found
     never = begins < -reach if condition.rates is None else begins <= -reach
@@ -169,7 +172,8 @@ def added(
     is `taken`, which is above 0 there; value, condition: at its end, None for what always holds."""
     lasting = taken if condition is None else where(known.settled(condition) > 0.0, taken, 0.0)
     if condition is not None:
-        known = known._replace(true=where(taken > 0.0, where(lasting > 0.0, 1.0, 0.0), known.true))
+        peak = where(lasting > 0.0, maximum(known.peak, known.settled(condition)), 0.0)
+        known = known._replace(peak=where(taken > 0.0, peak, known.peak))
     if kind == LAST:
         known = known._replace(time=where(lasting > 0.0, end, known.time))
         if condition is not None:

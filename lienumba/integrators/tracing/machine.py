@@ -15,7 +15,7 @@ from lienumba.compiler.foreign.calls import linked
 from lienumba.compiler.memo import Memo
 from lienumba.compiler.rows import W
 from lienumba.groups.state import ELEMENT
-from lienumba.integrators.layout import CLOCK, COMBINE, OBSERVE, ORDER, PLACE, READ, TIME, workspace
+from lienumba.integrators.layout import CLOCK, COMBINE, MEASURE, OBSERVE, ORDER, PLACE, READ, TIME, workspace
 from lienumba.integrators.sizes import Sizes
 from lienumba.integrators.tracing.program import Outline, Program
 
@@ -129,6 +129,13 @@ def observe(machine: Machine, states: np.ndarray, parameters: np.ndarray, times:
     """What is observed (blocks, rows, W) of states (blocks, rows, W) at times (blocks, W)."""
     found = aligned(len(states), machine.sizes.observed, W)
     _each(machine, OBSERVE, states, parameters, found, times)
+    return found
+
+
+def measure(machine: Machine, states: np.ndarray, parameters: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """The signals of measures (blocks, signals, W) of states (blocks, rows, W) at times (blocks, W)."""
+    found = aligned(len(states), machine.sizes.signals, W)
+    _each(machine, MEASURE, states, parameters, found, times)
     return found
 
 

@@ -19,6 +19,7 @@ from lienumba.words import listed
 
 CLOSING = 0.02  # m or rad
 JOINT, COORDINATE, PARAMETERS, CLOSES, ONCE = "joint", "coordinate", "parameters", "closing", "once"
+CONDITION = "condition"  # behind the name of an event with a delay: the event that its condition is
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,11 @@ def ends_run(action: object) -> bool:
     return isinstance(action, str) and action in ACTIONS and ACTIONS[action].ends_run
 
 
+def time_of(name: str) -> str:
+    """How formulas read the latest time of an event."""
+    return f"{model.EVENT_TIME}.{name}"
+
+
 def having(key: str) -> str:
     """The actions that have a key, in words."""
     return listed([f'"{action.name}"' for action in ACTIONS.values() if key in action.keys], "or")
@@ -84,6 +90,10 @@ class Event(Section):
     once: Annotated[bool, Field(strict=True)] | None = Field(
         default=None, description="whether it acts only the first time in a run: true or false (or omit it: false)"
     )
+    delay: Positive | None = Field(
+        default=None,
+        description="how many seconds behind its condition it happens, above 0 (or omit it: at once)",
+    )
     closing: Positive | None = Field(
         default=None,
         description="how far apart in m or rad a joint may be that it engages, above 0 (or omit it: "
@@ -104,12 +114,24 @@ class Event(Section):
         if self.parameters is not None and not self.parameters:
             yield Problem(PARAMETERS, "names none", "give { name = value }, or leave the event out")
 
-    def to_model(self, joints: Mapping[str, int], locks: Sequence[model.Lock], held: Sequence[str]) -> model.Event:
-        """The event of the model; held: the names of all parameters that events set."""
-        when = self.when if callable(self.when) else Formula(self.when, condition=True)
+    def to_model(
+        self, joints: Mapping[str, int], locks: Sequence[model.Lock], held: Sequence[str]
+    ) -> Iterator[model.Event]:
+        """The event of the model, behind the one that its delay counts from; held: the names of all held numbers."""
+
+        def clock(name: str) -> int:
+            return held.index(time_of(name)) if time_of(name) in held else -1
+
+        when: model.Timed = self.when if callable(self.when) else Formula(self.when, condition=True)
+        if self.delay is not None:
+            begins = f"{self.name}.{CONDITION}"
+            yield model.Event(begins, when, False, clock=clock(begins))
+            since = time_of(begins)
+            waits = Formula(f"t > {since} + delay", frozenset({"t", since, "delay"}), condition=True)
+            when = model.Law(waits, {"delay": self.delay}, (since,))
         joint = -1 if self.joint is None else joints[self.joint]
         acts, closing = self.action in (LOCK.name, UNLOCK.name), CLOSING if self.closing is None else self.closing
-        return model.Event(
+        yield model.Event(
             self.name,
             when,
             ends_run(self.action),
@@ -119,4 +141,5 @@ class Event(Section):
             values=tuple((held.index(name), timed(x)) for name, x in (self.parameters or {}).items()),
             once=bool(self.once),
             closing=closing if self.action == ENGAGE.name else None,
+            clock=clock(self.name),
         )

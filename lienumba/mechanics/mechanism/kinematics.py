@@ -16,6 +16,7 @@ from lienumba.mechanics.mechanism.directions import Directions, go_together, see
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.numerics.jets import Dual, Jet, lift
 from lienumba.numerics.number import Matrix, Number, Vector
+from lienumba.numerics.operations import where
 
 Body = tuple[Any, ...]  # 18 numbers: an element of S
 AT_REST = (0.0, 0.0, 0.0)
@@ -48,6 +49,10 @@ class Mode:
 
     on: Any = 0.0
     memory: tuple[Any, ...] = ()
+
+    def sliding(self, rate: Any) -> Any:
+        """A rate of sliding: exactly 0 of what sticks."""
+        return where(self.on > OFF, where(self.on > STICK, rate, 0.0), rate)
 
 
 OFF, STICK, SLIDE = 0.0, 1.0, 2.0  # not there; closed, or stuck; closed and sliding

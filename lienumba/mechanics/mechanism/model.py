@@ -10,12 +10,19 @@ from typing import Any
 
 GROUND = -1
 HELD = "held"  # the states that held numbers are
+EVENT_TIME = "event_time"  # before the name of an event: the held number that is its latest time, NOT_YET before it
+NOT_YET = -1.0
 
 Number = Any  # float | numpy.ndarray of shape (runs,) | Symbol | Jet: whatever the kernels compute with
 Timed = Any  # a Number or a function of time
 Vec3 = tuple[Number, Number, Number]
 Matrix3 = tuple[Number, ...]  # nine numbers, row major
 Frame = tuple[Vec3, Vec3, Vec3]  # x (reference), y, z (axis): orthonormal, in a body's own frame
+
+
+def time(t: Any) -> Any:
+    """The time itself, as a timed number."""
+    return t
 
 
 def at_time(x: Timed, t: Any) -> Any:
@@ -250,7 +257,8 @@ class Event:
 
     action: by its name; joint: which it releases or engages, locks: which it turns on or off (indices); values: what
     held numbers (by their place in `Model.held`) become; once: whether it acts once in a run; closing: by how much (m
-    or rad) the rows of the joint that it engages may be violated.
+    or rad) the rows of the joint that it engages may be violated; clock: the place of the held number that is its
+    latest time (s), -1 if nothing reads it.
     """
 
     name: str
@@ -262,16 +270,18 @@ class Event:
     values: tuple[tuple[int, Timed], ...] = ()
     once: bool = False
     closing: Number | None = None
+    clock: int = -1
 
     @property
     def acts(self) -> bool:
         """Whether the mechanism changes."""
-        return self.joint >= 0 or bool(self.locks or self.values)
+        return self.joint >= 0 or self.clock >= 0 or bool(self.locks or self.values)
 
     @property
     def numbers(self) -> tuple[Timed, ...]:
         """What its action reads where it happens."""
-        return tuple(x for _, x in self.values) + (() if self.closing is None else (self.closing,))
+        own = tuple(x for _, x in self.values) + (() if self.closing is None else (self.closing,))
+        return own + ((time,) if self.clock >= 0 else ())
 
 
 LARGEST, SMALLEST, INTEGRAL, FIRST, LAST, COUNT = "largest", "smallest", "integral", "first", "last", "count"
@@ -283,11 +293,13 @@ NONE = -1  # no signal
 class Kept:
     """What is kept of a signal while another one, a condition, is above 0 (both by their numbers, NONE for 1 and for
     always), with a time (s): the LARGEST or SMALLEST value and when it is that; the INTEGRAL, and over how long; the
-    FIRST or LAST value, and when; the COUNT of how often the condition becomes true."""
+    FIRST or LAST value, and when; the COUNT of how often the condition becomes true. event: the name of the event that
+    is meant by the condition, at which the value is taken instead."""
 
     kind: str
     value: int
     condition: int
+    event: str = ""
 
 
 @dataclass(frozen=True)

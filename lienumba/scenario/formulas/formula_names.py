@@ -4,11 +4,12 @@ from dataclasses import dataclass, replace
 
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.drivers import DRIVERS, driver_form
+from lienumba.mechanics.elements.events import ends_run, time_of
 from lienumba.mechanics.elements.inputs import has_state, input_form
 from lienumba.mechanics.elements.joints import JOINTS, coordinate_kinds
 from lienumba.mechanics.elements.quantities import NOISES, QUANTITIES
 from lienumba.mechanics.mechanism import model as m
-from lienumba.mechanics.mechanism.model import Law, Model
+from lienumba.mechanics.mechanism.model import NOT_YET, Law, Model
 from lienumba.scenario.base.code import PYTHON
 from lienumba.scenario.base.paths import INPUTS
 from lienumba.scenario.base.problems import tables, well_named
@@ -26,7 +27,7 @@ class Known:
         """Every component, and every state of a law, as formulas call it."""
         seen = self.sketch
         found = {quantities.joined(q.name, c) for q in seen.quantities for c in quantities.components(seen, q)}
-        return frozenset(found | {f"{f.name}.{state}" for f in self.sketch.forces for state in f.initial})
+        return frozenset(found | {f"{f.name}.{state}" for f in seen.forces for state in f.initial} | {*seen.held})
 
     def level(self, name: str) -> int:
         return quantities.level(self.sketch, name)
@@ -78,7 +79,10 @@ def known_of(model: object) -> Known:
     ]
     laws = [t for t in tables(model.get("forces")) if t.get("type") == PYTHON]
     forces = tuple(m.Force(str(t.get("name")), PYTHON, (), initial=table_in(t, "states")) for t in laws)
-    return Known(replace(sketch, quantities=tuple(q for q in (*found, *inputs) if q is not None), forces=forces))
+    named = [str(t.get("name")) for t in tables(model.get("events")) if not ends_run(t.get("action"))]
+    held = dict.fromkeys(map(time_of, named), NOT_YET)
+    every = tuple(q for q in (*found, *inputs) if q is not None)
+    return Known(replace(sketch, quantities=every, forces=forces, held=held))
 
 
 def _input(name: str, value: object) -> m.Quantity | None:

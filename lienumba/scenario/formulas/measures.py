@@ -187,9 +187,9 @@ class _Parsing(ast.NodeTransformer):
             raise ExpressionError(rule, f"write {reducer.example}")
         return reducer.made(self, [*args[:least], window])
 
-    def keep(self, kind: str, value: ast.expr | None, condition: ast.expr | None) -> ast.expr:
+    def keep(self, kind: str, value: ast.expr | None, condition: ast.expr | None, event: str = "") -> ast.expr:
         """The value of what is kept: its time is beside it."""
-        kept = Kept(kind, self._signal(value, False), self._signal(condition, True))
+        kept = Kept(kind, self._signal(value, False), self._signal(condition, True), event)
         if kept not in self.kept:
             self.kept.append(kept)
         return ast.parse(name_of(self.kept.index(kept), VALUE), mode="eval").body
@@ -207,13 +207,18 @@ class _Parsing(ast.NodeTransformer):
             self.signals.append(formula)
         return self.signals.index(formula)
 
-    def instant(self, node: ast.expr) -> ast.expr:
-        """The condition of which the beginning is meant: an event, or a time."""
+    def at(self, value: ast.expr, node: ast.expr) -> ast.expr:
+        """A value at an event, or at a time."""
         name = dotted(node)
-        if name in self.events:
-            if name in self.names:
-                raise ExpressionError(f'has "{name}", an event and a number', "give one of the two another name")
-            return ast.parse(self.events[name].strip(), mode="eval").body
+        if name not in self.events:
+            return self.keep(FIRST, value, self._instant(node))
+        if name in self.names:
+            raise ExpressionError(f'has "{name}", an event and a number', "give one of the two another name")
+        return self.keep(FIRST, value, ast.parse(self.events[name].strip(), mode="eval").body, name)
+
+    def _instant(self, node: ast.expr) -> ast.expr:
+        """The condition that begins at a time."""
+        name = dotted(node)
         if isinstance(node, ast.Name) and name not in self.names and name not in CONSTANTS:
             known = [*self.events, *sorted(self.names)]
             raise ExpressionError(f'has "{name}", which is no event and no number', suggestion(name, known))
@@ -326,7 +331,7 @@ REDUCERS: dict[str, Reducer] = {
             "the value at a time, or where an event first happens",
             ("number", "time or event"),
             False,
-            lambda p, a: p.keep(FIRST, a[0], p.instant(a[1])),
+            lambda p, a: p.at(a[0], a[1]),
         ),
         Reducer(
             "first_time",

@@ -4,6 +4,7 @@ A formula of parameters is replaced by its nominal number, one of parameters and
 that reads a table or a quantity has no value before the run: its place holds `SMOOTH` meanwhile, which pleases all.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from math import inf
 
@@ -11,10 +12,10 @@ from lienumba.errors import Problem
 from lienumba.keys.facts import is_text
 from lienumba.keys.formulas import LARGEST, explained
 from lienumba.mechanics.elements import quantities
-from lienumba.mechanics.elements.events import SET
+from lienumba.mechanics.elements.events import CONDITION, SET, time_of
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.inputs.base import InputType
-from lienumba.mechanics.mechanism.model import HELD
+from lienumba.mechanics.mechanism.model import EVENT_TIME, HELD
 from lienumba.numerics.expressions import Formula
 from lienumba.numerics.functions import FUNCTIONS
 from lienumba.numerics.grammar import ExpressionError
@@ -70,7 +71,16 @@ def take(raw: Keys) -> tuple[Parameters, list[Problem]]:
     taking = _Taking(parameters, known, model, problems)
     taking.every()
     measures = _measures(parameters, taking.names, model, _end(raw), problems)
-    return replace(parameters, measures=measures), problems
+    return replace(parameters, measures=measures, times=_times(parameters, known, measures, model)), problems
+
+
+def _times(
+    parameters: Parameters, known: Known, measures: Mapping[str, MeasureFormula], model: object
+) -> frozenset[str]:  # fmt: skip
+    """The times of events that formulas read, or from which delays count."""
+    read = [x.used for x in parameters.places.values()] + [x.used for x in measures.values()]
+    delayed = [f"{x.get('name')}.{CONDITION}" for x in _rows(model, "events") if x.get("delay") is not None]
+    return frozenset().union(*read) & known.sketch.held.keys() | {*map(time_of, delayed)}
 
 
 def _end(raw: Keys) -> float:
@@ -120,6 +130,8 @@ def _taken_names(parameters: Parameters, model: object) -> list[Problem]:
     taken = dict.fromkeys(map(whole, (*parameters.numbers, *parameters.formulas)), "a parameter")
     if parameters.held:
         taken[HELD] = "what events set"
+    if _rows(model, "events"):
+        taken[EVENT_TIME] = "the times of events"
     for what, names in (
         ("tables", list(parameters.tables)),
         *(
@@ -223,7 +235,7 @@ class _Taking:
     def misuse(self, tokens: Tokens, formula: Formula) -> tuple[str, str] | None:
         """What is wrong with reading tables, quantities or what events set here, and the remedy."""
         read = sorted(formula.used & self.known.names)
-        held = sorted(self.parameters.all_used(formula) & self.parameters.held)
+        held = sorted(self.parameters.all_used(formula) & (self.parameters.held | self.known.sketch.held.keys()))
         fixed = "what a driver prescribes cannot jump" if tokens[0] == "drivers" else "is one number for the whole run"
         if held and (tokens[0] in ("gravity", "drivers") or not _may_vary(tokens)):
             return f"reads {held[0]}, which an event sets, but {fixed}", "name another parameter there"

@@ -15,7 +15,7 @@ from lienumba.errors import NOTHING, Problem
 from lienumba.keys.formulas import LARGEST, explained
 from lienumba.keys.types import NAME
 from lienumba.mechanics.elements.quantities import owner
-from lienumba.mechanics.mechanism.model import HELD, Law
+from lienumba.mechanics.mechanism.model import HELD, NOT_YET, Law
 from lienumba.mechanics.mechanism.tables import Table
 from lienumba.numerics.expressions import Formula
 from lienumba.numerics.grammar import CONSTANTS, ExpressionError
@@ -35,7 +35,8 @@ class Parameters:
     """numbers: of the parameters that are no formulas; formulas: the others, each behind those that it uses; tables;
     inputs: those that are numbers, by their paths; quantities: every component that formulas may read; places: the
     numbers of the model (paths without `model`) that are formulas, but for those of the time alone; held: parameters
-    that events set; measures: formulas of whole runs, by their names."""
+    that events set; times: those of events that formulas read, by their names in these; measures: formulas of whole
+    runs, by their names."""
 
     numbers: dict[str, float] = field(default_factory=dict)
     formulas: dict[str, Formula] = field(default_factory=dict)
@@ -44,6 +45,7 @@ class Parameters:
     quantities: frozenset[str] = frozenset()
     places: dict[Tokens, Formula] = field(default_factory=dict)
     held: frozenset[str] = frozenset()
+    times: frozenset[str] = frozenset()
     measures: dict[str, MeasureFormula] = field(default_factory=dict)
 
     def values(self, samples: Mapping[str, Any] | None = None) -> dict[str, Any]:
@@ -61,9 +63,9 @@ class Parameters:
         return found
 
     def held_values(self, samples: Mapping[str, Any]) -> dict[str, Any]:
-        """What the parameters that events set are at the start."""
+        """What the parameters that events set are at the start, and the times of events."""
         values = self.values(samples)
-        return {name: values[name] for name in sorted(self.held)}
+        return {name: values[name] for name in sorted(self.held)} | dict.fromkeys(sorted(self.times), NOT_YET)
 
     def at_places(self, samples: Mapping[str, Any]) -> dict[Tokens, Any]:
         """The numbers of these samples for what is a formula, and functions of time where they are, by path."""

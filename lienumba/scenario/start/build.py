@@ -135,7 +135,7 @@ class _Builder:
             drivers=tuple(x.to_model(self) for x in data.drivers),
             forces=(*(x.to_model(self) for x in data.forces), *yielding, *filter(None, laws)),
             quantities=(*(x.to_model(self) for x in (*data.quantities, *data.noise)), *signals),
-            events=tuple(x.to_model(self.joints, self.locks, [*self.held]) for x in data.events),
+            events=tuple(y for x in data.events for y in x.to_model(self.joints, self.locks, [*self.held])),
             locks=self.locks,
             limits=tuple(limit for x in data.limits for limit in x.to_model(self)),
             contacts=tuple(contact for x in data.contacts if not x.compliant for contact in x.to_model(self)),

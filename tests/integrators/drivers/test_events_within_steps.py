@@ -276,6 +276,38 @@ def test_what_happens_several_times_in_a_step_is_counted(integrator: dict[str, A
     np.testing.assert_array_equal(ds["event_count"].sel(event="line"), lines)
 
 
+@pytest.mark.parametrize("integrator", LONG, ids=str)
+def test_conditions_that_jump_are_found_as_what_they_choose_by(integrator: dict[str, Any]) -> None:
+    """Pulses of `where` and `sign`, several of them in a step, in which they are one number at most samples."""
+    wave = "sin(20*p.x) - 0.95"
+    texts = [
+        f"{wave} > 0",
+        f"where({wave} > 0, 2, 1) > 1.5",
+        f"sign({wave}) >= 1",
+        f"1 < where({wave} < 0, 0, 1 + p.x)",
+    ]
+    texts.append(f"where(p.x < 0.4, where({wave} > 0, 1, -1), where({wave} > 0, 3, -3)) > 0")
+    ds = simulated(
+        {
+            "bodies": [BODY | {"velocity": ["v", 0, 0]}],
+            "forces": [{"type": "force", "body": "b", "value": ["0.6*cos(2*t)", 0, 0]}],
+        },
+        [{"name": f"e{n}", "when": x} for n, x in enumerate(texts)],
+        integrator | {"end_time": 2.0, "method": integrator.get("method", "rk4")},
+        quantities=[PLACE],
+        parameters={"v": 1.0},
+        measures=[{"name": f"m{n}", "value": f"count({x})"} for n, x in enumerate(texts)],
+        sweep=parts.sweep(40, {"parameters.v": (0.5, 1.5)}),
+    )
+    t = np.linspace(0, 2, 200_001)
+    holds = np.sin(20 * (ds["parameters.v"].values[:, None] * t + 0.075 * (1 - np.cos(2 * t)))) > 0.95
+    counts = (holds[:, 1:] & ~holds[:, :-1]).sum(axis=1)
+    assert counts.max() > 7
+    for n in range(len(texts)):
+        np.testing.assert_array_equal(ds["event_count"][:, n], counts, err_msg=texts[n])
+        np.testing.assert_array_equal(ds[f"m{n}"], counts, err_msg=texts[n])
+
+
 @pytest.mark.parametrize(
     "integrator",
     [

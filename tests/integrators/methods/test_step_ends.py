@@ -96,7 +96,7 @@ def noise(scale: float) -> Ends:
 
 
 @pytest.mark.parametrize("kind", [LARGEST, SMALLEST, COUNT, LAST])
-@pytest.mark.parametrize("held", [0.0, 1.0])
+@pytest.mark.parametrize("held", [0.0, 1e-16])
 def test_what_is_left_by_rounding_is_not_looked_into(kind: str, held: float) -> None:
     """Where a condition held it goes on, and where it did not it does not begin; a bend that is rounding bends nothing.
     What is above that by as much as counts is looked into."""
@@ -116,4 +116,3 @@ def test_an_extreme_that_is_higher_by_rounding_is_not_looked_for() -> None:
     known = Known(np.zeros(RUNS), np.zeros(RUNS), np.ones(RUNS), np.zeros(RUNS), np.zeros(RUNS))
     assert (matters(LARGEST, known, faint, None, None) == 0.0).all()
     assert (matters(LARGEST, known, replace(faint, size=0.0), None, None) == 1.0).mean() > 0.3
-    assert (matters(LARGEST, known, replace(faint, size=np.inf), None, None) == 1.0).mean() > 0.3

@@ -5,6 +5,8 @@ from lienumba.compiler.lanes import Address, Lanes, Mask, choose, load, splat, s
 from lienumba.compiler.routines.marks import Integers2, apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import layout
+from lienumba.integrators.bounds import finite_size
+from lienumba.integrators.codes import HUGE
 from lienumba.integrators.drivers.events.tolerances import REVERSAL_RTOL, SIMULTANEOUS_RTOL
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue
 from lienumba.integrators.drivers.workspace import Plan, Rows
@@ -38,7 +40,7 @@ PAST = float("-inf")  # the time of what came true, and does nothing
 @inlined
 def _largest(sizes: Sizes, at: Workspace, n: int, now: Lanes) -> Lanes:
     """The largest size that a condition has been."""
-    return maximum(load(at.conditions, layout.peak_row(sizes) + layout.EXTENT * sizes.events + n), absolute(now))
+    return maximum(load(at.conditions, layout.peak_row(sizes) + layout.EXTENT * sizes.events + n), finite_size(now))
 
 
 @inlined
@@ -96,7 +98,7 @@ def follow(sizes: Sizes, at: Workspace, values: Address, rates: Address, lanes: 
         now, was = load(values, n), load(at.conditions, n)
         peak, largest = load(peaks, n), load(peaks, layout.EXTENT * sizes.events + n)
         store(peaks, n, choose(lanes, choose(was > 0.0, maximum(peak, now), now), peak))
-        store(peaks, layout.EXTENT * sizes.events + n, choose(lanes, maximum(largest, absolute(now)), largest))
+        store(peaks, layout.EXTENT * sizes.events + n, choose(lanes, maximum(largest, finite_size(now)), largest))
         store(at.conditions, n, choose(lanes, now, was))
         rate, row, most = load(rates, n), layout.RATE * sizes.events + n, layout.SWIFTEST * sizes.events + n
         store(peaks, row, choose(lanes, rate, load(peaks, row)))
@@ -114,7 +116,7 @@ def rescale(sizes: Sizes, at: Workspace, plan: Plan, values: Address, lanes: Mas
         written = splat(float(plan.acts[n, WRITTEN])) != 0.0
         jumps = lanes & written & (absolute(now - load(at.conditions, n)) > HYSTERESIS_RTOL * extent)
         store(peaks, n, choose(jumps, now, load(peaks, n)))
-        store(peaks, layout.EXTENT * sizes.events + n, choose(jumps, absolute(now), extent))
+        store(peaks, layout.EXTENT * sizes.events + n, choose(jumps, finite_size(now), extent))
 
 
 @inlined
@@ -124,7 +126,7 @@ def follow_one(sizes: Sizes, first: Workspace, rows: Rows, lane: int, event: int
     was = rows[first.conditions + event, lane]
     rows[peak, lane] = max(rows[peak, lane], now) if was > 0.0 else now
     extent = peak + layout.EXTENT * sizes.events
-    rows[extent, lane] = max(rows[extent, lane], max(now, -now))
+    rows[extent, lane] = max(rows[extent, lane], max(now, -now) if -HUGE < now < HUGE else 0.0)
     rows[first.conditions + event, lane] = now
     rows[peak + layout.RATE * sizes.events, lane] = rows[first.following + layout.rate_row(sizes) + event, lane]
 

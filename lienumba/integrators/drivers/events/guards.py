@@ -14,7 +14,7 @@ from lienumba.compiler.lanes import Lanes, Mask, call, choose, load, splat, stor
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
-from lienumba.integrators.bounds import MONOTONE_RATIO, by_changes, by_rates
+from lienumba.integrators.bounds import MONOTONE_RATIO, OSCILLATION_RATIO, by_changes, by_rates
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.certificates import BEYOND
 from lienumba.integrators.drivers.dense_output import between
@@ -23,7 +23,6 @@ from lienumba.integrators.drivers.events.tolerances import (
     CLOSED_GAP_RTOL,
     CONTACT_ROUNDOFF,
     GUARD_ROUNDOFF,
-    OSCILLATION_RATIO,
     RESOLVED_GROWTH,
 )
 from lienumba.integrators.drivers.workspace import Context

@@ -4,7 +4,6 @@ CLOSED_GAP_RTOL = 1e-9  # relative to the length of a contact: a gap that is not
 SEPARATING_GAP_RTOL = 1e-6  # the same, of a contact that separates: its step was cut a little behind the impact
 CONTACT_ROUNDOFF = 1e-12  # relative to the largest force, the largest speed so far, or a length
 GUARD_ROUNDOFF = 1e-14  # in the unit of a guard function: of one that is locked at 0
-OSCILLATION_RATIO = 2.5  # a step times the largest rate so far, relative to the largest value: nearly half a period
 RESOLVED_GROWTH = 1.2  # forces are resolved in steps up to so many times as long as the longest one in which they were
 CUT_BEHIND = 2.0**-23  # of a step: it is cut so much behind a crossing, so that a closing gap is no roundoff at its end
 NEAR_CUT = 2.0**-22  # of a step that was cut by less than half: the crossing is so near to its end

@@ -9,7 +9,7 @@ from lienumba.integrators.drivers.measuring.points import Record, Subinterval, p
 from lienumba.integrators.drivers.workspace import Context
 from lienumba.integrators.hysteresis import settled
 from lienumba.integrators.layout import COUNTS, INTEGRATES, KEEPS_FIRST, KEEPS_LAST, KEPT_TIME, KEPT_VALUE, NODES
-from lienumba.numerics.operations import absolute
+from lienumba.numerics.operations import absolute, maximum
 
 
 @inlined
@@ -20,7 +20,7 @@ def _where_it_holds(context: Context, record: Record, part: Subinterval, lanes: 
     for k in range(NODES):
         x = value_at(context, part, record.condition, k)
         strongest, defined = choose(absolute(x) > absolute(strongest), x, strongest), choose(x == x, defined, 0.0)
-    before, unknown = load(rows, layout.KEPT_TRUE), lanes & (defined == 0.0)
+    before, unknown = load(rows, layout.KEPT_PEAK), lanes & (defined == 0.0)
     counts = settled(strongest, before, load(rows, layout.KEPT_SIZE))
     if any_lane(unknown):
         edge = value_at(context, part, record.condition, NODES - 1 if kind == KEEPS_LAST else 0)
@@ -32,7 +32,7 @@ def _where_it_holds(context: Context, record: Record, part: Subinterval, lanes: 
     holds = lanes & (counts > 0.0)
     if kind == COUNTS:
         put(rows, KEPT_VALUE, holds & (before == 0.0), load(rows, KEPT_VALUE) + 1.0)
-    put(rows, layout.KEPT_TRUE, lanes, choose(holds, splat(1.0), 0.0))
+    put(rows, layout.KEPT_PEAK, lanes, choose(holds, maximum(before, counts), 0.0))
     return holds
 
 

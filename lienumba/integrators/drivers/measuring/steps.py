@@ -9,6 +9,7 @@ from lienumba.compiler.lanes import Address, Lanes, Mask, any_lane, call, choose
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
+from lienumba.integrators.bounds import finite_size
 from lienumba.integrators.drivers import stages
 from lienumba.integrators.drivers.measuring.points import (
     LEANING,
@@ -22,12 +23,14 @@ from lienumba.integrators.drivers.measuring.points import (
 )
 from lienumba.integrators.drivers.measuring.subintervals import record_event, record_step
 from lienumba.integrators.drivers.workspace import Context, Places, Rows
+from lienumba.integrators.hysteresis import HYSTERESIS_RTOL, ROOT_RTOL
 from lienumba.integrators.layout import (
     CHANGES,
     ELSEWHERE,
     FRESH,
     KEPT_TIME,
     KEPT_VALUE,
+    LARGEST_RATES,
     LARGEST_SIZES,
     NODES,
     PICKED,
@@ -38,7 +41,6 @@ from lienumba.integrators.layout import (
     Workspace,
 )  # fmt: skip
 from lienumba.integrators.sizes import Sizes
-from lienumba.numerics.operations import absolute
 
 
 @apart
@@ -80,6 +82,12 @@ def _evaluate_start(context: Context) -> None:
     stages.commit(unseen, signals(context, 0), signals(context, ELSEWHERE), sizes.signals)
     for signal in range(sizes.signals if sizes.seen == 0 else 0):
         put(rates, signal, unseen & (load(at.lanes, SEEN) < 0.0), splat(np.nan))
+    for n in range(sizes.kept):
+        record = nth_record(context, n)
+        if record.condition >= 0:  # what has come to rest is above 0 by roundoff only
+            peak, size = load(record.rows, layout.KEPT_PEAK), load(record.rows, layout.KEPT_SIZE)
+            rests = load(signals(context, 0), record.condition) <= ROOT_RTOL * size
+            put(record.rows, layout.KEPT_PEAK, unseen & rests & (peak > HYSTERESIS_RTOL * size), splat(0.0))
     put(at.lanes, SEEN, good, splat(1.0))
 
 
@@ -199,7 +207,8 @@ def begin_measures(context: Context) -> None:
         x = load(now, signal)
         put(signals(context, CHANGES), signal, fresh, splat(np.inf))
         put(signals(context, RATES), signal, fresh, splat(np.nan))
-        put(signals(context, LARGEST_SIZES), signal, fresh, choose(x == x, absolute(x), 0.0))
+        put(signals(context, LARGEST_RATES), signal, fresh, splat(0.0))
+        put(signals(context, LARGEST_SIZES), signal, fresh, finite_size(x))
     forget_past(sizes, at, fresh)
     for n in range(sizes.kept):
         record, x = nth_record(context, n), splat(1.0)
@@ -207,8 +216,8 @@ def begin_measures(context: Context) -> None:
         if record.condition >= 0:
             x = load(now, record.condition)
         none = 0.0 if kind == layout.COUNTS else 0.0 if kind == layout.INTEGRATES else np.nan
-        put(rows, layout.KEPT_TRUE, fresh, choose(x > 0.0, splat(1.0), 0.0))
-        put(rows, layout.KEPT_SIZE, fresh, choose(x == x, absolute(x), 0.0))
+        put(rows, layout.KEPT_PEAK, fresh, choose(x > 0.0, x, 0.0))
+        put(rows, layout.KEPT_SIZE, fresh, finite_size(x))
         put(rows, layout.KEPT_UNDEFINED, fresh, choose(x == x, splat(0.0), 1.0))
         put(rows, KEPT_VALUE, fresh, splat(none))
         put(rows, KEPT_TIME, fresh, splat(none))

@@ -92,7 +92,7 @@ def record_event(context: Context, record: Record, step: Subinterval, until: Lan
     if record.event < 0:
         return
     time = load(context.at.conditions, 2 * layout.conditions(context.sizes) + record.event)
-    happens = lanes & (time < NEVER) & (time <= until) & (load(record.rows, layout.KEPT_TRUE) == 0.0)
+    happens = lanes & (time < NEVER) & (time <= until) & (load(record.rows, layout.KEPT_PEAK) == 0.0)
     if any_lane(happens):
         part = Subinterval(step.t, step.length, step.high, step.high, 1)
         sample(context, part)

@@ -8,6 +8,7 @@ from math import nan
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
 from lienumba.integrators import layout
+from lienumba.integrators.bounds import finite_size
 from lienumba.integrators.methods.step_ends import Ends, Known, Past, added, matters
 from lienumba.integrators.tracing.measuring.signals import said_itself
 from lienumba.integrators.tracing.measuring.smooth import smooth
@@ -20,7 +21,7 @@ from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import absolute, maximum, where
 
-SIGNAL_ROWS = (0, layout.CHANGES, layout.EARLIER, layout.RATES, layout.LARGEST_SIZES)  # of what is followed
+SIGNAL_ROWS = (0, *range(layout.CHANGES, layout.LARGEST_RATES + 1))  # of what is followed
 NEARER = 10.0  # times, or more, is a sum than the estimate of its error says, which is of a lower order
 
 
@@ -48,17 +49,20 @@ def keep(tracer: Tracer) -> Kernel:
         rows[layout.length_row(sizes) + n] = where(picked == 0.0, old, new)
     for n in sorted(followed):
         places = [layout.signal_row(sizes, k) + n for k in SIGNAL_ROWS]
-        before, changed, earlier, rate, size = (graph.input("out", row) for row in places)
+        before, changed, earlier, rate, size, fastest = (graph.input("out", row) for row in places)
         past = Past((changed, earlier), (length, *lengths))
         if n in rates:
-            ends[n] = Ends(before, after[n], past, (length * rate, length * rates[n]), size=size)
+            fast = maximum(absolute(rates[n]), fastest)  # NaN is none
+            both = (length * rate, length * rates[n])
+            ends[n] = Ends(before, after[n], past, both, size=size, turn=length * fast)
             rows[places[3]] = where(picked == 0.0, rate, rates[n])
+            rows[places[5]] = where(picked == 0.0, fastest, fast)
         else:
             ends[n] = Ends(before, after[n], past, None, n in even, size)
             rows[places[1]] = where(picked == 0.0, changed, ends[n].change)
             rows |= {places[2]: where(picked == 0.0, earlier, changed)} if n in even else {}
         rows[places[0]] = where(picked == 0.0, before, after[n])
-        rows[places[4]] = where(picked == 0.0, size, maximum(absolute(after[n]), size))  # NaN is none
+        rows[places[4]] = where(picked == 0.0, size, maximum(finite_size(after[n]), size))
     gains = _gains(tracer, graph, kept)
     if tracer.method.adaptive:
         rows |= {layout.gain_row(sizes) + made.index(n): gain for n, gain in gains.items()}
@@ -74,9 +78,9 @@ def keep(tracer: Tracer) -> Kernel:
         holds, taken = None if condition is None else condition.after, where(opens > 0.0, 0.0, picked)
         new = added(x.kind, known, after.get(x.value), holds, gain, taken, t, until)
         if holds is not None:
-            size = maximum(absolute(holds), known.size)  # NaN is none
+            size = maximum(finite_size(holds), known.size)
             new = new._replace(size=where(picked == 0.0, known.size, size))
-        places = [layout.KEPT_VALUE, layout.KEPT_TIME, layout.KEPT_TRUE, layout.KEPT_UNDEFINED, layout.KEPT_SIZE]
+        places = [layout.KEPT_VALUE, layout.KEPT_TIME, layout.KEPT_PEAK, layout.KEPT_UNDEFINED, layout.KEPT_SIZE]
         rows |= {own + at: y for at, old, y in zip(places, known, new, strict=True) if y is not old}
         rows[own + layout.KEPT_OPEN] = opens
         some = opens if n == 0 else maximum(some, opens)

@@ -25,7 +25,7 @@ from lienumba.mechanics.elements.quantities.base import (
 )
 from lienumba.mechanics.elements.quantities.evaluation import evaluate
 from lienumba.mechanics.mechanism import kinematics
-from lienumba.mechanics.mechanism.kinematics import View
+from lienumba.mechanics.mechanism.kinematics import Mode, View
 from lienumba.mechanics.mechanism.model import GROUND, Coordinate, Model, Quantity
 from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Vector
@@ -140,8 +140,17 @@ class JointQuantity(QuantityType):
     def rows(cls, model: Model, quantity: Quantity, view: View, observed: Observed | None) -> Vector:
         kind = joints.JOINTS[model.joints[quantity.joint].type]
         every = [Coordinate(quantity.joint, x.name) for x in kind.freedoms()]
-        both = [(joints.coordinate(model, which, view), joints.rate(model, which, view)) for which in every]
+        both = [(joints.coordinate(model, which, view), cls._rate(model, which, view)) for which in every]
         return tuple(x for each in (zip(*both, strict=True) if kind.together is not None else both) for x in each)
+
+    @staticmethod
+    def _rate(model: Model, which: Coordinate, view: View) -> Any:
+        """The rate of a coordinate: exactly 0 where dry friction sticks."""
+        rate: Any = joints.rate(model, which, view)
+        for force in model.forces:
+            if force.coordinate == which:
+                rate = view.modes.get(("friction", force.name), Mode()).sliding(rate)
+        return rate
 
     @classmethod
     def instead(cls, model: Model, quantity: Quantity) -> tuple[str, str]:

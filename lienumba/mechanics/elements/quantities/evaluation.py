@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from math import nan
+from math import inf, nan
 from typing import Any
 
 from lienumba.mechanics.elements import joints
@@ -19,6 +19,7 @@ from lienumba.mechanics.elements.quantities.base import (
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import Instant, View
 from lienumba.mechanics.mechanism.model import (
+    EVENT_TIME,
     GROUND,
     HELD,
     Coordinate,
@@ -32,6 +33,7 @@ from lienumba.numerics.evaluation import WITHIN
 from lienumba.numerics.expressions import Formula
 from lienumba.numerics.jets import Jet, lift
 from lienumba.numerics.number import Number, Vector
+from lienumba.numerics.operations import where
 
 
 def evaluate(model: Model, x: Timed, view: View, observed: Observed | None = None) -> Any:
@@ -49,8 +51,10 @@ def evaluate(model: Model, x: Timed, view: View, observed: Observed | None = Non
 def component(model: Model, name: str, view: View, observed: Observed | None = None) -> Any:
     """One number of a quantity, or a state of a law, by its name in formulas: "pointing.x", "pid.integral"."""
     first, rest = owner(name)
-    if first == HELD and rest in model.held:
-        return view.states.get(HELD, tuple(model.held.values()))[list(model.held).index(rest)]
+    held = rest if first == HELD else name
+    if held in model.held and first in (HELD, EVENT_TIME):
+        number = view.states.get(HELD, tuple(model.held.values()))[list(model.held).index(held)]
+        return where(number >= 0.0, number, inf) if first == EVENT_TIME else number
     quantity = _named(model, first)
     if quantity is None:
         force = next(f for f in model.forces if f.name == first)
@@ -141,11 +145,11 @@ def counted_angles(model: Model) -> set[Counted]:
 
 def level(model: Model, name: str) -> int:
     """What a component needs to be known of the state; of an expression, what all in it need. States of laws can be
-    differentiated no more than velocities."""
+    differentiated no more than velocities; times of events stand still."""
     first, rest = owner(name)
     quantity = _named(model, first)
     if quantity is None:
-        return VELOCITY
+        return POSITION if first == EVENT_TIME else VELOCITY
     kind = kind_of(quantity)
     inner = (name for x in kind.reads(quantity, rest) if isinstance(x, Law) for name in x.quantities)
     return max([kind.level(quantity, rest), *(level(model, x) for x in inner)])

@@ -24,7 +24,7 @@ def kept(model: Model) -> list[Kept]:
     for measure in model.measures:
         for x in measure.kept:
             value, condition = (n if n == NONE else before + n for n in (x.value, x.condition))
-            found.append(Kept(x.kind, value, condition))
+            found.append(Kept(x.kind, value, condition, x.event))
         before += len(measure.signals)
     return found
 

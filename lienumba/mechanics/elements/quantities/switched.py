@@ -42,10 +42,10 @@ def _length(rows: Sequence[Number]) -> Number:
     return length
 
 
-def _on(view: View, what: str, name: str) -> Number:
-    """1 where it is closed or holds, else 0."""
-    on: Number = where(view.modes.get((what, name), Mode()).on > OFF, 1.0, 0.0)
-    return on
+def _on(view: View, what: str, name: str, on: Number = 1.0, off: Number = 0.0) -> Number:
+    """One of two numbers: whether it is closed, or holds."""
+    found: Number = where(view.modes.get((what, name), Mode()).on > OFF, on, off)
+    return found
 
 
 @QUANTITIES.add
@@ -140,6 +140,8 @@ class ContactQuantity(QuantityType):
             friction = _length(yielding.friction(contact, normal, rates, force.numbers["velocity"]))
             return gap, slip, normal, friction, where(gap < 0.0, 1.0, 0.0)
         own = observed.switches[CONTACT, contact.name] if observed is not None else (0.0,)
+        gap = _on(view, CONTACT, contact.name, 0.0, gap)
+        slip = view.modes.get((CONTACT, contact.name), Mode()).sliding(slip)
         return gap, slip, own[0], _length(own[1:]) if own[1:] else 0.0, _on(view, CONTACT, contact.name)
 
     @classmethod
@@ -191,6 +193,7 @@ class LimitQuantity(QuantityType):
         for limit in model.limits:
             if limit.name.rpartition(".")[0] == quantity.of:
                 own = limit.side * (joints.coordinate(model, limit.coordinate, view) - limit.value)
+                own = _on(view, LIMIT, limit.name, 0.0, own)
                 gap = own if gap is None else minimum(gap, own)
                 if observed is not None:
                     effort = effort + limit.side * observed.switches[LIMIT, limit.name][0]

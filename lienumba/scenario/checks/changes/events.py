@@ -106,7 +106,8 @@ def _check_against(found: list[tuple[str, Event]], parameters: Parameters, repor
     for place, event in found:
         when = _written(event, parameters)
         for other_place, other in found:
-            same = event.joint == other.joint and _meaning(when) == _meaning(_written(other, parameters))
+            same = event.joint == other.joint and event.delay == other.delay
+            same = same and _meaning(when) == _meaning(_written(other, parameters))
             if not same or (event.action, other.action) not in AGAINST:
                 continue
             if event.coordinate in (None, other.coordinate) or other.coordinate is None:
