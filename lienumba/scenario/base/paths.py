@@ -37,7 +37,7 @@ BESIDE = ("quantities", "noise", "events", MEASURES, REQUIREMENTS, INPUTS, START
 TEXT_KEYS = {
     "name", "type", "euler", "bodies", "body", "joint", "joints", "coordinate", "coordinates", "motion", "frame",
     "relative_to", "driver", "contact", "units", "function", "returns", "level", "rows", "derivative",
-    "action", "once", "interpolation",
+    "action", "once", "interpolation", "outside",
 }  # fmt: skip  # whose values are texts as they should be
 TEXT_PLACES = (("quantities", "limit"), ("quantities", "about"))  # elsewhere keys of these names hold numbers
 OWN_NAMES = ("parameters", "states", "memory")  # of a law: tables of numbers by names of the user's own
