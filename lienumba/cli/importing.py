@@ -24,7 +24,11 @@ def import_(
         str | None, typer.Option(metavar="NUMBERS", help='Where it starts, as MuJoCo orders it: "0 0.5 -1".')
     ] = None,
     keyframe: Annotated[str | None, typer.Option(metavar="NAME", help="The keyframe at which it starts.")] = None,
-    strict: Annotated[bool, typer.Option("--strict", help="Refuse what has no counterpart here.")] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Refuse what has no counterpart or is unknown.")] = False,
+    density: Annotated[
+        float | None,
+        typer.Option(metavar="KG/M3", help="Links of URDF without mass get that of their collision shapes."),
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing scenario.")] = False,
 ) -> None:
     """Make a scenario of a robot in URDF or MJCF (needs the extra `import`)."""
@@ -39,7 +43,7 @@ def import_(
                 own = stack.enter_context(claimed(output, "scenario", (".toml",), remedy))
             system = from_file(
                 file, base=base, qpos=None if qpos is None else parse_numbers(qpos, "--qpos "), keyframe=keyframe,
-                keep_limits=keep_limits, strict=strict,
+                keep_limits=keep_limits, strict=strict, density=density,
             )  # fmt: skip
             if output is not None:
                 system.write(own)

@@ -22,6 +22,7 @@ def from_file(
     keyframe: str | None = None,
     keep_limits: bool = False,
     strict: bool = False,
+    density: float | None = None,
 ) -> Imported:
     """A robot of a URDF or MJCF file, whichever it is, as a scenario.
 
@@ -38,7 +39,9 @@ def from_file(
     keep_limits : bool
         Make stops of the limits of joints; else they are left out.
     strict : bool
-        Refuse what has no counterpart, instead of leaving it out.
+        Refuse what has no counterpart or is not known, instead of leaving it out.
+    density : float, optional
+        In kg/m³: links of URDF without mass get that of their collision shapes; omitted: they are frames.
 
     Returns
     -------
@@ -53,7 +56,7 @@ def from_file(
     from lienumba.importing.mapping.convert import convert, named
     from lienumba.importing.reading import read
 
-    loaded = read(path, base=base)
+    loaded = read(path, base=base, density=density)
     more: dict[str, Any] = {"notes": loaded.notes, "massless": loaded.massless}
     return convert(
         loaded.model, qpos=qpos, keyframe=keyframe, keep_limits=keep_limits, strict=strict,

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from lienumba.errors import ScenarioError
-from lienumba.importing.markup import markup
+from lienumba.importing.markup import LARGEST, markup
 from lienumba.importing.mjcf import mjcf
 from lienumba.importing.notes import Note
 from lienumba.importing.urdf.read import urdf
@@ -44,7 +44,7 @@ class Loaded:
     massless: frozenset[str] = frozenset()
 
 
-def read(path: str | Path, *, base: Literal["fixed", "free"] | None = None) -> Loaded:
+def read(path: str | Path, *, base: Literal["fixed", "free"] | None = None, density: float | None = None) -> Loaded:
     """The model of a file, which is URDF if its outermost element is <robot>, and MJCF if that is <mujoco>.
 
     Parameters
@@ -53,6 +53,8 @@ def read(path: str | Path, *, base: Literal["fixed", "free"] | None = None) -> L
         Of the file.
     base : {"fixed", "free"} or None
         Whether the root of the robot moves freely; None: as the file has it.
+    density : float or None
+        In kg/m³, of the collision shapes of links of URDF that have no mass; None: such links are frames.
 
     Returns
     -------
@@ -70,12 +72,16 @@ def read(path: str | Path, *, base: Literal["fixed", "free"] | None = None) -> L
         raise ScenarioError(
             'importing a robot needs mujoco, which is missing; pip install "lienumba[import]"'
         ) from None
+    if density is not None and not 0.0 < density <= LARGEST:
+        raise ScenarioError.at("density", "must be above 0", "give it in kg/m³, such as 1000", density)
     file = Path(path)
     found = markup(file)
     licence = _licence(found.head)
     if found.root.tag == "robot":
-        model, notes, massless = urdf(found.root, file, base)
+        model, notes, massless = urdf(found.root, file, base, density)
         return Loaded(model, notes, f"URDF {file.name}", licence, massless)
+    if found.root.tag == "mujoco" and density is not None:
+        raise ScenarioError.at("density", "is for URDF", "give densities of geoms in the MJCF file", density)
     if found.root.tag == "mujoco":
         model, notes = mjcf(found.root, file, base)
         return Loaded(model, notes, f"MJCF {file.name}", licence)

@@ -49,6 +49,11 @@ def is_text(section: type[BaseModel], key: str) -> bool:
     return bool({str, bool} & leaves) and not {float, int} & leaves
 
 
+def has_choices(section: type[BaseModel], key: str) -> bool:
+    """Whether the value of a key may be one of some texts."""
+    return any(isinstance(x, str) for x in _literals(section.model_fields[key].annotation))
+
+
 def is_choice(section: type[BaseModel], key: str) -> bool:
     """Whether the value of a key is one of some whole numbers, or a count, and never any number."""
     leaves = list(_leaves(section.model_fields[key].annotation))
@@ -75,6 +80,11 @@ def _leaves(annotation: object) -> Iterator[type]:
         yield annotation
     for x in get_args(annotation) if get_origin(annotation) is not Literal else ():
         yield from _leaves(x)
+
+
+def _literals(annotation: object) -> Iterator[Any]:
+    for x in get_args(annotation):
+        yield from (x,) if get_origin(annotation) is Literal else _literals(x)
 
 
 def _annotations(annotation: object) -> Iterator[Any]:

@@ -4,6 +4,7 @@ Accelerations at random states; where loops close, the rigid limit of MuJoCo's o
 scripts/import_check, which knows bodies by where they are.
 """
 
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,9 @@ import numpy as np
 import pytest
 
 import lienumba
+from lienumba.importing import from_file
 from tests.facade import ScenarioError, resolve
+from tests.importing.robots import mjcf
 from tests.rigs.places import scripts_on_path
 
 pytest.importorskip("mujoco")
@@ -100,7 +103,19 @@ def test_what_was_written_runs_to_the_same_bits(tmp_path: Path) -> None:
 def test_strict_refuses_what_is_lost() -> None:
     for path in MODELS:
         if LOST.get(path.stem):
-            from lienumba.importing import from_file
-
             with pytest.raises(ScenarioError):
                 from_file(path, strict=True)
+
+
+def test_how_far_coordinates_in_loops_start_from_the_given_start(tmp_path: Path) -> None:
+    """Two hinges tied such that their angles are the same, given 0.2 and 0 rad apart."""
+    body = '<body name="{0}" pos="{1} 0 0"><joint name="{0}" axis="0 0 1"/><geom size="0.1"/></body>'
+    tie = '<equality><joint joint1="a" joint2="b"/></equality>'
+    bodies = body.format("a", 0) + body.format("b", 1)
+    file = mjcf(tmp_path, f"<worldbody>{bodies}</worldbody>{tie}")
+    moved = {}
+    for note in from_file(file, qpos=[0.2, 0.0]).notes:
+        if found := re.fullmatch(r"starts by (\S+) rad away from the given start, so that its loop closes", note.what):
+            moved |= dict.fromkeys(note.places, float(found[1]))
+    assert 0.2 + moved.get('joint "a"', 0.0) == pytest.approx(moved.get('joint "b"', 0.0), abs=1e-3)
+    assert not [x for x in from_file(file, qpos=[0.2, 0.2]).notes if "starts by" in x.what]

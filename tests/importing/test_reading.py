@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from lienumba import ScenarioError
+from lienumba.importing import from_file
 from lienumba.importing.notes import Note
 from lienumba.importing.reading import read
 from tests.importing.newton_euler import Frame, inertia_and_bias
@@ -140,6 +142,9 @@ def test_limits_that_are_none(tmp_path):
     loaded = read(urdf(tmp_path, arm('<limit lower="-1e16" upper="1e16" effort="1e20"/>')))
     assert (loaded.model.joint("hinge").limited, loaded.model.actuator("hinge").forcelimited) == (0, 0)
     assert loaded.notes == []
+    loaded = read(urdf(tmp_path, arm('<limit effort="-1"/>', "continuous")))
+    assert loaded.model.actuator("hinge").forcelimited == 0
+    assert loaded.notes == [Note("limit of effort -1, which is below 0: none", ('joint "hinge"',), lost=False)]
     loaded = read(urdf(tmp_path, arm(LIMIT, "continuous")))
     assert (loaded.model.joint("hinge").limited, loaded.model.actuator("hinge").forcelimited) == (0, 1)
     loaded = read(urdf(tmp_path, arm("")))
@@ -335,6 +340,62 @@ def test_what_is_left_out_is_counted(tmp_path):
         Note("<gazebo>: settings of another simulator; 1 left out", lost=False),
         Note("<safety_controller>: soft limits, kept by a robot's own controller; 1 left out", lost=False),
     ]
+
+
+def test_what_is_not_known_is_called_so_and_refused_by_strict(tmp_path):
+    """Wherever it stands: it may say something of the motion."""
+    spring = '<dynamics damping="1"/><spring/>'
+    cog = link("base", ROD.replace("<mass", "<cog/><mass"))
+    file = urdf(tmp_path, cog, joint("hinge", "base", "arm", spring), link("arm"))
+    loaded = read(file)
+    assert loaded.notes == [
+        Note("<cog>: unknown; 1 left out", ('link "base"',)),
+        Note("<spring>: unknown; 1 left out", ('joint "hinge"',)),
+    ]
+    with pytest.raises(ScenarioError, match="<spring>: unknown"):
+        from_file(file, strict=True)
+
+
+SOLIDS = {  # of URDF, and the same as geoms of MuJoCo
+    "box": ('<box size="0.2 0.4 0.6"/>', 'type="box" size="0.1 0.2 0.3"'),
+    "sphere": ('<sphere radius="0.3"/>', 'type="sphere" size="0.3"'),
+    "cylinder": ('<cylinder radius="0.1" length="0.4"/>', 'type="cylinder" size="0.1 0.2"'),
+    "capsule": ('<capsule radius="0.1" length="0.4"/>', 'type="capsule" size="0.1 0.2"'),
+    "mesh": ('<mesh filename="c.obj" scale="1 2 3"/>', 'type="mesh" mesh="c"'),
+}
+
+
+@pytest.mark.parametrize("names", [*([x] for x in SOLIDS), [*SOLIDS]], ids="+".join)
+def test_links_without_mass_get_that_of_their_collision_shapes(tmp_path, names):
+    """As MuJoCo has it, of each shape and of all together, placed anywhere."""
+    corners = "v 0 0 0\nv 0.1 0 0\nv 0 0.2 0\nv 0 0 0.3\nv 0.05 0.1 -0.1\n"
+    (tmp_path / "c.obj").write_text(corners + "f 1 2 5\nf 2 3 5\nf 3 1 5\nf 1 4 2\nf 2 4 3\nf 3 4 1\n")
+    rng = np.random.default_rng(3)
+    ours = theirs = ""
+    for name in names:
+        shape, geom = SOLIDS[name]
+        place = origin(rng)
+        ours += f"<collision>{place}<geometry>{shape}</geometry></collision>"
+        xyz, rpy = place.split('"')[1::2]
+        theirs += f'<geom {geom} pos="{xyz}" euler="{rpy}" density="700"/>'
+    loaded = read(urdf(tmp_path, link("base", "") + joint("hinge", "base", "arm") + link("arm", ours)), density=700)
+    text = (
+        '<mujoco><compiler angle="radian" eulerseq="XYZ"/><asset><mesh name="c" file="c.obj" scale="1 2 3" '
+        f'inertia="convex"/></asset><worldbody><body name="arm"><joint/>{theirs}</body></worldbody></mujoco>'
+    )
+    (tmp_path / "m.xml").write_text(text)
+    model, wanted = loaded.model.body("arm"), mujoco.MjModel.from_xml_path(str(tmp_path / "m.xml")).body("arm")
+    np.testing.assert_allclose(model.mass, wanted.mass, rtol=1e-6)
+    np.testing.assert_allclose(model.ipos, wanted.ipos, atol=1e-6)
+    np.testing.assert_allclose(tensor(model), tensor(wanted), atol=1e-6 * max(wanted.inertia))
+    what = "mass and inertia of its collision shapes at 700 kg/m³, as it has none"
+    assert loaded.notes == [Note(what, ('link "arm"',), lost=False)]
+
+
+def tensor(body):
+    """About the mass centre, in the frame of the body."""
+    R = Rotation.from_quat(body.iquat, scalar_first=True).as_matrix()
+    return R @ np.diag(body.inertia) @ R.T
 
 
 FREE = f'<worldbody><body name="prop" pos="1 0 0"><freejoint name="p"/>{BALL}</body>'

@@ -14,6 +14,7 @@ from lienumba.importing.mapping.flags import with_flags
 from lienumba.importing.mapping.fluid import add_fluid
 from lienumba.importing.mapping.frames import tidy
 from lienumba.importing.mapping.left_out import note_left_out
+from lienumba.importing.mapping.loop_starts import note_moved
 from lienumba.importing.mapping.passive import add_passive
 from lienumba.importing.mapping.readings import Readings
 from lienumba.importing.mapping.shapes import add_shapes
@@ -53,7 +54,8 @@ def convert(
     model = with_flags(model)
     source = Source(model, *_start(model, qpos, keyframe), massless)
     draft = Draft(notes=list(notes))
-    tree = add_tree(source, draft, looped(source))
+    in_loops = looped(source)
+    tree = add_tree(source, draft, in_loops)
     readings = Readings(source, draft, tree)
     step = stable_step(source)
     add_passive(source, draft, tree, readings, step, keep_limits)
@@ -66,6 +68,8 @@ def convert(
     for kind, names in (("body", draft.body_names), ("joint", draft.joint_names), ("input", draft.input_names)):
         for old, new in names.renamed.items():
             draft.note('names are letters, digits and "_", each once', f'{kind} "{old}" is {new} here', lost=False)
+    data = _data(source, draft, title, step, bool(tree.joints))
+    note_moved(source, draft, tree, in_loops, data)
     found = gathered(draft.notes)
     if strict and (lost := [note for note in found if note.lost]):
         raise ScenarioError(
@@ -74,7 +78,7 @@ def convert(
                 for note in lost
             )
         )
-    return Imported(_data(source, draft, title, step, bool(tree.joints)), found, origin, licence)
+    return Imported(data, found, origin, licence)
 
 
 def _data(source: Source, draft: Draft, title: str, step: float, joints: bool) -> dict[str, Any]:

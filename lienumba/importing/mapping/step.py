@@ -10,13 +10,15 @@ if TYPE_CHECKING:
     import mujoco
 
 DIFFERENCE = 1e-6
+STEP_RTOL = 1e-9  # of a step: the roundoff of an eigenvalue
 
 
 def stable_step(source: Source) -> float:
     """A step in s: 1, 2 or 5 of a power of ten, at most the model's own and 1 / |fastest eigenvalue| at the start."""
     longest = min(float(source.model.opt.timestep), 1.0 / max(_fastest(source), 1e-9))
-    power = 10.0 ** np.floor(np.log10(longest) + 1e-9)
-    return float(f"{max(x for x in (1, 2, 5) if x * power <= longest * (1 + 1e-9)) * power:.1g}")
+    decade = int(np.floor(np.log10(longest)))
+    rounded = (float(f"{x}e{decade + n}") for n in (-1, 0, 1) for x in (1, 2, 5))  # log10 may be rounded either way
+    return max(x for x in rounded if x <= longest * (1.0 + STEP_RTOL))
 
 
 def _fastest(source: Source) -> float:

@@ -1,6 +1,8 @@
 """A URDF file as a Robot, with what it says beyond bodies and joints as notes."""
 
+import xml.etree.ElementTree as ET
 from collections import Counter
+from collections.abc import Iterator
 from math import inf
 from pathlib import Path
 from typing import cast
@@ -14,9 +16,17 @@ from lienumba.importing.urdf.elements import Place
 from lienumba.importing.urdf.robot import JOINT_TYPES, Inertial, Joint, JointType, Link, Mimic, Robot, Shape
 from lienumba.words import suggestion
 
-KNOWN = {"link", "joint", "material"}
-KNOWN_OF_LINK = {"inertial", "visual", "collision"}
-KNOWN_OF_JOINT = {"parent", "child", "origin", "axis", "limit", "dynamics", "mimic"}
+# The elements that are read, by what they stand in.
+KNOWN = {
+    "robot": {"link", "joint", "material"},
+    "link": {"inertial", "visual", "collision"},
+    "joint": {"parent", "child", "origin", "axis", "limit", "dynamics", "mimic"},
+    "inertial": {"origin", "mass", "inertia"},
+    "visual": {"origin", "geometry", "material"},
+    "collision": {"origin", "geometry", "material"},
+    "geometry": {"box", "sphere", "cylinder", "capsule", "mesh"},
+    "material": {"color", "texture"},
+}
 LEFT_OUT = {  # what URDF has for others than a simulator
     "transmission": "<transmission>: what a motor is wired to; efforts act on joints directly",
     "gazebo": "<gazebo>: settings of another simulator",
@@ -189,7 +199,7 @@ def _limits(place: Place, kind: str, notes: list[Note]) -> tuple[tuple[float, fl
         return None, inf
     effort = x.unbounded("effort", 1, (0.0,))[0]
     if effort < 0:
-        raise x.error("must be at least 0", "give its size", "effort", effort)
+        notes.append(Note(f"limit of effort {effort:g}, which is below 0: none", (place.owner,), lost=False))
     if not 0 < effort < LARGEST:
         effort = inf
     if 0 < x.unbounded("velocity", 1, (0.0,))[0] < LARGEST:
@@ -214,12 +224,23 @@ def _mimic(place: Place, kind: str) -> Mimic | None:
 
 
 def _aside(root: Element) -> list[Note]:
-    """A note for each kind of elements that are left out, with how many there are."""
-    counts = Counter(x.tag for x in root if x.tag not in KNOWN)
-    counts.update(y.tag for x in root.findall("link") for y in x if y.tag not in KNOWN_OF_LINK)
-    counts.update(y.tag for x in root.findall("joint") for y in x if y.tag not in KNOWN_OF_JOINT)
+    """A note for each kind of elements that are left out, with how many there are; those that are not known may say
+    something of the motion."""
+    unread = list(_unread(root, ""))
     notes = []
-    for tag, count in counts.items():
-        words = LEFT_OUT.get(tag, f"<{tag}>: no element of URDF that moves anything")
-        notes.append(Note(f"{words}; {count} left out", lost=False))
+    for tag, count in Counter(tag for tag, _ in unread).items():
+        places = dict.fromkeys(place for found, place in unread if found == tag and place)
+        if tag in LEFT_OUT:
+            notes.append(Note(f"{LEFT_OUT[tag]}; {count} left out", lost=False))
+        else:
+            notes.append(Note(f"<{tag}>: unknown; {count} left out", tuple(places)))
     return notes
+
+
+def _unread(element: ET.Element, owner: str) -> Iterator[tuple[str, str]]:
+    """The tags of elements that are not read, each with the link or joint in which it stands."""
+    for x in element:
+        if x.tag not in KNOWN.get(element.tag, ()):
+            yield x.tag, owner
+        else:
+            yield from _unread(x, f'{x.tag} "{x.get("name")}"' if element.tag == "robot" else owner)

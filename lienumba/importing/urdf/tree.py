@@ -118,11 +118,13 @@ def check_masses(tree: Tree, file: Path, notes: list[Note]) -> frozenset[str]:
     if idle:
         first = links[idle[0]]
         more = f"; likewise {_listed(idle[1:])}" if idle[1:] else ""
+        shapes = any(not shape.drawn for shape in first.shapes)
+        collides = ", or give the density of its collision shapes (--density 1000)" if shapes else ""
         how = f'moves by joint "{moving[first.name].name}"' if first.name in moving else "is a free base"
         raise ScenarioError.at(
             f'{file}, line {first.line}: link "{first.name}"',
             f"{how}, and neither it nor what it carries has mass{more}",
-            "give it an <inertial>, or make the joint fixed",
+            f"give it an <inertial>, or make the joint fixed{collides}",
         )
     for head, group in moved.items():
         _check_inertia(f'{file}, line {links[head].line}: link "{head}"', head, group, heads, notes)

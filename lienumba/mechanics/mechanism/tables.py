@@ -3,12 +3,13 @@ equal intervals, which each run has of its own.
 
 A table is a piecewise polynomial. Its numbers lie in memory, row by row: where a piece begins, and its coefficients;
 a kernel gets their address as a parameter, so that another table compiles nothing. In front of the first point and
-behind the last one the values there are kept.
+behind the last one the values there are kept, or it is 0, or not a number, which ends a run.
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import nan
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,8 @@ HOLD, LINEAR, CUBIC = "hold", "linear", "cubic"
 HELD = 2  # columns: pieces with a value alone
 SMOOTH = 3  # columns: pieces with more are cubic, and meet twice differentiably
 INTERPOLATIONS = (HOLD, LINEAR, CUBIC)
+ZERO, ERROR = 0, "error"
+OUTSIDE = (HOLD, ZERO, ERROR)  # what a table is in front of its first point and behind its last one
 ON_SAMPLE = 1e-9  # of an interval: so near before a sample it is reached
 
 
@@ -60,24 +63,31 @@ class RunNumbers(ABC):
 @dataclass(frozen=True)
 class Table:
     """data: (pieces, columns) of Numbers, or what stands for them in a kernel; knots: where steps have to land, because
-    the function or its rate may jump there; last: the last point."""
+    the function or its rate may jump there; first, last: the first and the last point; outside: of `OUTSIDE`, None
+    where nothing is said."""
 
     data: Any
     pieces: int
     columns: int
-    knots: tuple[float, ...] = field(compare=False)  # these two are told by the data
+    knots: tuple[float, ...] = field(compare=False)  # this and what follows are told by the data
+    first: float = field(compare=False)
     last: float = field(compare=False)
+    outside: str | int | None = field(compare=False)
 
     @staticmethod
-    def of(points: Sequence[float], values: Sequence[float], interpolation: str) -> "Table":
+    def of(
+        points: Sequence[float], values: Sequence[float], interpolation: str, outside: str | int | None = None
+    ) -> "Table":
         """Through these points, which ascend; at least two."""
         x, y = np.array(points, float), np.array(values, float)
         coefficients = {HOLD: _hold, LINEAR: _linear, CUBIC: _cubic}[interpolation](x, y)
-        constant = np.zeros(coefficients.shape[1])
-        before, behind = np.array([x[0], y[0], *constant[1:]]), np.array([x[-1], y[-1], *constant[1:]])
+        constant = np.zeros(coefficients.shape[1] - 1)
+        ends = [0.0, 0.0] if outside == ZERO else [nan, nan] if outside == ERROR else [y[0], y[-1]]
+        before, behind = (np.array([x[n], value, *constant]) for n, value in zip((0, -1), ends, strict=True))
         rows = np.vstack([before, np.column_stack([x[:-1], coefficients]), behind])
         knots = (float(x[0]), float(x[-1])) if interpolation == CUBIC else tuple(x.tolist())
-        return Table(Numbers(np.ascontiguousarray(rows).reshape(-1)), len(rows), rows.shape[1], knots, float(x[-1]))
+        data = Numbers(np.ascontiguousarray(rows).reshape(-1))
+        return Table(data, len(rows), rows.shape[1], knots, float(x[0]), float(x[-1]), outside)
 
     def __call__(self, x: Number, within: Number) -> Any:
         """The value at x, by the piece in which `within` lies."""

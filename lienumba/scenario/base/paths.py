@@ -36,9 +36,11 @@ JUDGING = (MEASURES, REQUIREMENTS)  # of what says something of runs and changes
 BESIDE = ("quantities", "noise", "events", MEASURES, REQUIREMENTS, INPUTS, START)
 TEXT_KEYS = {
     "name", "type", "euler", "bodies", "body", "joint", "joints", "coordinate", "coordinates", "motion", "frame",
-    "relative_to", "driver", "contact", "limit", "about", "units", "function", "returns", "level", "rows", "derivative",
-    "action", "once", "interpolation",
+    "relative_to", "driver", "contact", "units", "function", "returns", "level", "rows", "derivative",
+    "action", "once", "interpolation", "outside",
 }  # fmt: skip  # whose values are texts as they should be
+TEXT_PLACES = (("quantities", "limit"), ("quantities", "about"))  # elsewhere keys of these names hold numbers
+OWN_NAMES = ("parameters", "states", "memory")  # of a law: tables of numbers by names of the user's own
 WITH_FORMULAS = ("gravity", "drivers", "forces", "quantities", "events", INPUTS)
 WITH_STATE = ("drivers", "forces", "quantities", "events", INPUTS)  # whose formulas may read tables and quantities
 # Of distributions, those that no path of the model ends with.
@@ -255,6 +257,13 @@ def numeric_paths(model: Keys) -> list[str]:
     return found
 
 
+def holds_text(tokens: Sequence[Token]) -> bool:
+    """Whether a text at a place is a name or a choice, and no formula."""
+    if OWN_NAMES[0] in tokens[2:3]:
+        return False
+    return bool(TEXT_KEYS.intersection(map(str, tokens[2:]))) or (tokens[0], *tokens[2:]) in TEXT_PLACES
+
+
 def is_recording(tokens: Sequence[Token]) -> bool:
     """Whether a path leads to the numbers of a recorded input, of which none varies by itself."""
     return len(tokens) > 2 and tokens[0] == INPUTS and tokens[2] in ("times", "values")
@@ -262,7 +271,7 @@ def is_recording(tokens: Sequence[Token]) -> bool:
 
 def _is_constant(node: object, tokens: list[Token]) -> bool:
     """Whether a formula stands there that does not vary in time."""
-    if not isinstance(node, str) or tokens[0] not in WITH_FORMULAS or TEXT_KEYS.intersection(map(str, tokens[2:])):
+    if not isinstance(node, str) or tokens[0] not in WITH_FORMULAS or holds_text(tokens):
         return False
     try:
         return Formula(node).constant is not None

@@ -160,7 +160,7 @@ def _nominal(path: str, model: Keys, parameters: "Parameters", shape: str) -> An
         raise paths.PathError("leads to a key that is omitted", "give its nominal value first") from None
     if shape != NUMBER:
         return _whole(value, tokens, shape)
-    if isinstance(value, str) and not {*paths.TEXT_KEYS, "shapes"}.intersection(tokens[2:]):
+    if isinstance(value, str) and not paths.holds_text(tokens) and "shapes" not in tokens:
         if tokens[0] not in paths.WITH_FORMULAS:
             return None
         value = _constant(value)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lienumba.errors import ScenarioError
+from lienumba.mechanics.mechanism.tables import ERROR, Table
 from lienumba.mechanics.tolerances import SAME_TIME_RTOL
 from lienumba.numerics.expressions import Formula
 from lienumba.scenario.base import paths
@@ -13,6 +14,8 @@ from lienumba.scenario.base.paths import Tokens
 from lienumba.scenario.checks.drivers import check_function
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.words import show
+
+CHOICES = 'outside = "hold" or 0'
 
 if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
@@ -26,12 +29,19 @@ def check_tables(parameters: Parameters, report: "Report") -> None:
     for tokens, formula, name, argument in _of_time(parameters):
         table, x = parameters.tables[name], _argument(parameters, argument, values, times)
         at = paths.written(tokens)
-        if x.max() > table.last * (1.0 + SAME_TIME_RTOL) + SAME_TIME_RTOL:
+        reads = f"{at} = {show(formula.text)} reads it"
+        if after(table, x.max()):
             report.add(
                 f"tables.{name}",
-                f"ends at {table.last:g}, but {at} = {show(formula.text)} reads it until {x.max():.6g}",
-                "add a point there, or end the run earlier",
+                f"ends at {table.last:g}, but {reads} until {x.max():.6g}",
+                f"add a point there, end the run earlier, or give {CHOICES}",
             )
+        if before(table, x.min()):
+            rule = f"begins at {table.first:g}, but {reads} from {x.min():.6g} on"
+            if table.outside == ERROR:
+                report.add(f"tables.{name}", rule, f"add a point there, or give {CHOICES}")
+            else:
+                report.warn(f"tables.{name}", f"{rule}, and has its first value there", f"give {CHOICES}")
         if table.knots and not argument.is_line(parameters.quantities | parameters.tables.keys()):
             report.warn(
                 at,
@@ -54,13 +64,23 @@ def check_samples(parameters: Parameters, samples: Mapping[str, Any], labels: Se
     values = parameters.values(samples)
     for tokens, formula, name, argument in _of_time(parameters):
         reached = np.atleast_1d(_argument(parameters, argument, values, end))
-        last = parameters.tables[name].last
-        beyond = np.flatnonzero(reached > last * (1.0 + SAME_TIME_RTOL) + SAME_TIME_RTOL)
+        table = parameters.tables[name]
+        beyond = np.flatnonzero(after(table, reached))
         if len(beyond):
             at, run = f"{paths.written(tokens)} = {show(formula.text)}", labels[beyond[0]]
-            rule = f"ends at {last:g}, but {at} reads it until {reached[beyond[0]]:.6g} in run {run}"
-            remedy = "add a point there, end the run earlier, or give less spread"
+            rule = f"ends at {table.last:g}, but {at} reads it until {reached[beyond[0]]:.6g} in run {run}"
+            remedy = f"add a point there, end the run earlier, give less spread, or {CHOICES}"
             raise ScenarioError.at(f"tables.{name}", rule, remedy)
+
+
+def after(table: Table, x: Any) -> Any:
+    """Whether arguments are behind the last point of a table that must not be read there."""
+    return (table.outside in (None, ERROR)) & (x > table.last + SAME_TIME_RTOL * abs(table.last) + SAME_TIME_RTOL)
+
+
+def before(table: Table, x: Any) -> Any:
+    """Whether arguments are in front of the first point of a table of which nothing is said for them."""
+    return (table.outside in (None, ERROR)) & (x < table.first - SAME_TIME_RTOL * abs(table.first) - SAME_TIME_RTOL)
 
 
 def _of_time(parameters: Parameters) -> Iterator[tuple[Tokens, Formula, str, Formula]]:

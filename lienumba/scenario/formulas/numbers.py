@@ -9,7 +9,7 @@ from dataclasses import replace
 from math import inf
 
 from lienumba.errors import Problem
-from lienumba.keys.facts import is_text
+from lienumba.keys.facts import has_choices, is_text
 from lienumba.keys.formulas import LARGEST, explained
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.events import CONDITION, SET, time_of
@@ -304,17 +304,21 @@ def _text_keys(tokens: Tokens, node: Keys) -> set[str]:
     if {"shapes", "ground_shapes"} & {*tokens[:1], *tokens[-2:-1]} and isinstance(tokens[-1], int):
         shape = SHAPES.get(str(node.get("type")), Shape)
         return {key for key in node if key not in shape.model_fields or is_text(shape, key)}
-    if tokens == (INPUTS,):
+    if tokens == (INPUTS,) or {*tokens[2:3]} & {*paths.OWN_NAMES}:
         return set()  # its keys are names
     if tokens == (paths.START,):
         return {"from"}
     typed = len(tokens) == 2 and tokens[0] in (*sections.FORMS, INPUTS, *paths.JUDGING)
     section = sections.section_of(str(tokens[0]), node) if typed else None
-    return (
-        paths.TEXT_KEYS.union(key for key in section.model_fields if is_text(section, key))
-        if section
-        else {*paths.TEXT_KEYS}
-    )
+    if section is None:
+        return {*paths.TEXT_KEYS}
+    known = section.model_fields
+    return {
+        key
+        for key, x in node.items()
+        if (key not in known and key in paths.TEXT_KEYS)
+        or (key in known and (is_text(section, key) or (isinstance(x, str) and has_choices(section, key))))
+    }
 
 
 def _formulas(model: object) -> list[tuple[Tokens, str]]:

@@ -1,23 +1,52 @@
-"""Recorded inputs: from CSV and netCDF files, and datasets, to the times and values that the scenario keeps."""
+"""Tables and recorded inputs: from CSV and netCDF files, and datasets, to the times and values that the scenario
+keeps."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from lienumba.errors import UNKNOWN, BadValueError, Problem, ScenarioError, missing
+from lienumba.errors import BadValueError, Problem, ScenarioError, missing
 from lienumba.scenario.base.paths import INPUTS, RECORDING
+from lienumba.scenario.base.text_table import text_table, time_column
 from lienumba.scenario.base.toml import Keys
-from lienumba.scenario.schema.tables import ENDINGS, InputFile, Recording, csv_column, csv_rows, reading
+from lienumba.scenario.schema.tables import (
+    ENDINGS,
+    InputFile,
+    Recording,
+    TableFile,
+    check_file_keys,
+    decimal_of,
+    offset_of,
+    reading,
+)
 from lienumba.store.opening import netcdf_file
 from lienumba.words import listed, show, suggestion
 
 SOME = 6  # runs that are told one by one
-TIMES = ("t", "time")  # names of the column of times, where none is given
-OF_FILE = ("file", "time", "value", "values", "run", "prefix")  # keys that the numbers take the place of
+# Keys that the numbers take the place of.
+OF_FILE = ("file", "time", "value", "values", "run", "prefix", "decimal", "offset")
+
+
+def with_tables(raw: Keys, folder: Path) -> Keys:
+    """The scenario with the numbers of every table in place of its file, whose path is relative to this folder."""
+    tables = raw.get("tables")
+    if not isinstance(tables, dict):
+        return raw
+    problems: list[Problem] = []
+    read = {}
+    for name, table in tables.items():
+        try:
+            of_file = isinstance(table, dict) and "file" in table
+            read[name] = _single(f"tables.{name}", table, folder, TableFile) if of_file else table
+        except ScenarioError as error:
+            problems += error.problems
+    if problems:
+        raise ScenarioError(*problems)
+    return {**raw, "tables": read}
 
 
 def with_recordings(raw: Keys, folder: Path) -> Keys:
@@ -40,7 +69,7 @@ def _replaced(table: Keys, folder: Path) -> Keys:
                 for place, recording in _listed(x):
                     _take_all(read, place, recording, folder)
             elif isinstance(x, dict) and "file" in x:
-                read[name] = _single(f"{INPUTS}.{name}", x, folder)
+                read[name] = _single(f"{INPUTS}.{name}", x, folder, InputFile)
         except ScenarioError as error:
             problems += error.problems
     if problems:
@@ -61,9 +90,9 @@ def _listed(recordings: object) -> Iterator[tuple[str, Keys]]:
         yield place, recording
 
 
-def _single(at: str, table: Keys, folder: Path) -> Keys:
-    """One input with the numbers of one column."""
-    _check_keys(at, table, InputFile)
+def _single(at: str, table: Keys, folder: Path, section: type[InputFile] | type[TableFile]) -> Keys:
+    """One input or table with the numbers of one column."""
+    check_file_keys(at, table, section)
     column = table.get("value")
     if not isinstance(column, str):
         raise ScenarioError(missing(f"{at}.value", f"give the name of a column of {table['file']} in quotes"))
@@ -73,7 +102,7 @@ def _single(at: str, table: Keys, folder: Path) -> Keys:
 
 def _take_all(read: Keys, at: str, table: Keys, folder: Path) -> None:
     """Add an input for each column."""
-    _check_keys(at, table, Recording)
+    check_file_keys(at, table, Recording)
     if "file" not in table:
         raise ScenarioError(missing(f"{at}.file", "give the path of a CSV or netCDF file"))
     with _opened(at, table, folder) as columns:
@@ -85,17 +114,6 @@ def _take_all(read: Keys, at: str, table: Keys, folder: Path) -> None:
                     "say with values which columns to take, or give a prefix", table["file"],
                 )  # fmt: skip
             read[name] = {**_kept(table), "times": columns.times, "values": columns[column]}
-
-
-def _check_keys(at: str, table: Keys, section: type[InputFile] | type[Recording]) -> None:
-    for key in ("times", "values") if section is InputFile else ("times",):
-        if key in table:
-            raise ScenarioError.at(
-                f"{at}.{key}", "the numbers come from file already", "leave out either file or times and values"
-            )
-    for key in table:
-        if key not in section.model_fields:
-            raise ScenarioError(Problem(f"{at}.{key}", "", suggestion(key, section.model_fields), verb=UNKNOWN))
 
 
 def _kept(table: Keys) -> Keys:
@@ -120,16 +138,17 @@ def _names(at: str, table: Keys, columns: "_Columns") -> dict[str, str]:
 @dataclass(frozen=True)
 class _Columns:
     """names: of all columns; time: that of the times; read: the numbers of a column; labels: of variables that have
-    columns of their own, the names of these by what they are of."""
+    columns of their own, the names of these by what they are of; offset: what is added to the times."""
 
     names: list[str]
     time: str
     read: Callable[[str], list[float]]
     labels: Mapping[str, dict[str, str]]
+    offset: float = 0.0
 
     @property
     def times(self) -> list[float]:
-        return self[self.time]
+        return [x + self.offset for x in self[self.time]]
 
     def __getitem__(self, column: str) -> list[float]:
         if column in self.labels:
@@ -153,37 +172,29 @@ class _Columns:
 def _opened(at: str, table: Keys, folder: Path) -> Iterator[_Columns]:
     """The columns of the file of a table, as long as it is open; what is wrong is said at its place."""
     path, time = folder / str(table["file"]), table.get("time")
+    decimal, offset = decimal_of(at, table), offset_of(at, table)
     with reading(at, table["file"], path):
         if path.suffix.lower() not in ENDINGS:
-            names, rows = csv_rows(path)
-            yield _Columns(names, _time(time, names), lambda column: csv_column(column, names, rows), {})
+            text = text_table(path, decimal)
+            yield _Columns(text.names, time_column(time, text.names), text.__getitem__, {}, offset)
             return
         with netcdf_file(path) as file:
-            yield _of_dataset(file, time, table.get("run", 0))
-
-
-def _time(given: object, names: list[str]) -> str:
-    """The column of the times."""
-    if given is None:
-        found = next((name for name in TIMES if name in names), None)
-        if found is None:
-            raise BadValueError(f"has no column {' or '.join(map(show, TIMES))}", "give time = the name of another")
-        return found
-    if given not in names:
-        raise BadValueError(f"has no column {show(given)}", suggestion(str(given), names))
-    return str(given)
+            yield replace(_of_dataset(file, time, table.get("run", 0)), offset=offset)
 
 
 def _of_dataset(file: Any, time: object, run: object) -> _Columns:
     """The variables of a netCDF file over time: of one run, and where they have one more dimension with names, a
     column for each of these."""
-    time = _time(time, list(file.variables))
+    time = time_column(time, list(file.variables))
+    if len(file.variables[time].dimensions) != 1:
+        raise BadValueError(f"its variable {time} has no single dimension", "give time = the name of another")
     (along,) = file.variables[time].dimensions
     columns: dict[str, tuple[str, tuple[Any, ...]]] = {}
     labels: dict[str, dict[str, str]] = {}
     for name, x in file.variables.items():
+        kind = getattr(x.dtype, "kind", "f")
         others = [d for d in x.dimensions if d not in (along, "run")]
-        if along not in x.dimensions or len(others) > 1 or x.dtype is str or getattr(x.dtype, "kind", "f") not in "fiu":
+        if x.dimensions.count(along) != 1 or len(others) > 1 or x.dtype is str or kind not in "fiu":
             continue
         where = {along: slice(None)} | ({"run": _run(file, run)} if "run" in x.dimensions else {})
         if not others:

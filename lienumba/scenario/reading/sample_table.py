@@ -7,8 +7,9 @@ import numpy as np
 
 from lienumba.errors import BadValueError, ScenarioError
 from lienumba.keys.formulas import LARGEST
+from lienumba.scenario.base.text_table import text_table
 from lienumba.scenario.base.toml import Keys, table_in
-from lienumba.scenario.schema.tables import ENDINGS, csv_column, csv_rows, reading
+from lienumba.scenario.schema.tables import ENDINGS, decimal_of, reading
 from lienumba.store.layout import WEIGHT
 from lienumba.store.opening import netcdf_file
 from lienumba.words import show
@@ -64,13 +65,13 @@ def _entries(columns: Mapping[str, object], vary: Mapping[str, object]) -> Keys:
 
 def _read(table: Keys, folder: Path) -> Keys:
     for key in table:
-        if key != "file":
+        if key not in ("file", "decimal"):
             raise ScenarioError.at(
                 f"{AT}.{key}", "the samples come from file already", f"leave out either file or {key}"
             )
     path = folder / str(table["file"])
     with reading(AT, table["file"], path):
-        columns = _netcdf(path) if path.suffix.lower() in ENDINGS else _csv(path)
+        columns = _netcdf(path) if path.suffix.lower() in ENDINGS else _text(path, decimal_of(AT, table))
         for name, numbers in columns.items():
             for row, x in enumerate(numbers):
                 if not abs(x) <= LARGEST:
@@ -91,12 +92,9 @@ def _read(table: Keys, folder: Path) -> Keys:
         }
 
 
-def _csv(path: Path) -> Columns:
-    names, rows = csv_rows(path)
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
-        raise BadValueError(f"has two columns {show(twice)}", "give each its own name")
-    return {name: csv_column(name, names, rows) for name in names}
+def _text(path: Path, decimal: str) -> Columns:
+    table = text_table(path, decimal)
+    return {name: table[name] for name in table.names}
 
 
 def _netcdf(path: Path) -> Columns:

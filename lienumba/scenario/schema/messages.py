@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 
 GROUND, SHAPES = "ground_shapes", "shapes"
+NO_FORMULA = ", not a formula or a parameter"
 
 
 def problems(error: "ValidationError", raw: object) -> list[Problem]:
@@ -57,7 +58,7 @@ def _rule(loc: Loc, kind: str, value: object, context: Mapping[str, object], rem
     """What a value must be, and the remedy, which may be another than that of its key."""
     if kind in ("float_type", "float_parsing"):
         other = _unquoted(value, remedy) if isinstance(value, str) else None
-        return other or ("must be a number", remedy)
+        return other or (f"must be a number{NO_FORMULA if isinstance(value, str) else ''}", remedy)
     if kind == "finite_number":
         return "must be a finite number", remedy if isinstance(without_tags(loc)[-1], str) else "replace it"
     if kind in _BOUNDS:
@@ -71,7 +72,7 @@ def _rule(loc: Loc, kind: str, value: object, context: Mapping[str, object], rem
     if kind in ("int_type", "int_from_float", "int_parsing"):
         if (isinstance(value, float) and value.is_integer()) or (isinstance(value, str) and value.isdecimal()):
             return "must be a whole number", f"write {int(value)}"
-        return "must be a whole number", remedy
+        return f"must be a whole number{NO_FORMULA if isinstance(value, str) else ''}", remedy
     if kind == "string_too_long":
         return f"is longer than {context['max_length']} characters", "shorten it"
     if kind == "string_pattern_mismatch":

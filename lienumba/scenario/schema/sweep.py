@@ -1,6 +1,6 @@
 """The section [sweep] as data."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -30,6 +30,7 @@ class SampleFile(Section):
     """As people write a table of samples."""
 
     file: str = Field(description="the path of a CSV or netCDF file of samples, relative to the scenario")
+    decimal: Literal[".", ","] = Field(default=".", description='the decimal mark of a text file: "." or ","')
 
 
 def samplers_described() -> str:

@@ -32,7 +32,8 @@ CASES = {
     ),
     "choice of texts": (
         sweep('"bodies.top.mass" = { distribution = "choice", values = ["a"] }'),
-        'sweep.vary."bodies.top.mass".values[0] = "a": must be a number; give the values to choose from, at least one',
+        'sweep.vary."bodies.top.mass".values[0] = "a": must be a number, not a formula or a parameter; give the values '
+        "to choose from, at least one",
     ),
     "median of 0": (
         sweep('"gravity[0]" = { distribution = "lognormal", sigma = 1 }'),

@@ -18,7 +18,16 @@ TABLES = {
     "too short for the run": (
         times("times = [0, 0.005]", VALUES),
         'tables.push: ends at 0.005, but model.forces.push.value[1] = "push(t)" reads it until 0.01; add a point '
-        "there, or end the run earlier",
+        'there, end the run earlier, or give outside = "hold" or 0',
+    ),
+    "late for the run": (
+        times("times = [0.005, 1]", VALUES, 'outside = "error"'),
+        'tables.push: begins at 0.005, but model.forces.push.value[1] = "push(t)" reads it from 0 on; add a point '
+        'there, or give outside = "hold" or 0',
+    ),
+    "a key of files": (
+        times("times = [0, 1]", VALUES, "offset = 1"),
+        "tables.push.file is missing; offset is of a file: give the path of a CSV or netCDF file, or leave offset out",
     ),
     "nothing": (
         rig("[tables.push]\n", torque("push(t)")),
@@ -58,6 +67,35 @@ FILES = {
         "values[1] = nan: must be a finite number; correct it, or leave the point out",
     ),
     "back.csv": ("t F\n0 1\n1 2\n0.5 3\n", "F", "times[2] = 0.5: does not come after 1.0; the times must increase"),
+    "twice.csv": (
+        "t,F,F\n0,0,5\n1,2,5\n",
+        "F",
+        'file = "twice.csv": columns 2 and 3 are both called "F"; give each its own name',
+    ),
+    "comma.csv": ("t;F\n0,0;0,0\n1,0;2,0\n", "F", 'file = "comma.csv": has decimal commas; give decimal = ","'),
+    "one comma.csv": (
+        "t;F\n0;0\n1;2,5\n",
+        "F",
+        'file = "one comma.csv": line 3, column F: "2,5" has a decimal comma; give decimal = ","',
+    ),
+    "motor.eng": (
+        "; comment\nG80 29 124 7 0.06 0.13 X\n 0.01 20\n 1.0 30\n",
+        "F",
+        'file = "motor.eng": ".eng" is no format of tables that is read; save it as CSV with the names of the columns '
+        "first",
+    ),
+    "no names.csv": (
+        "0,1\n1,2\n",
+        "F",
+        'file = "no names.csv": has numbers in its first line, where the names of the columns belong; give a first '
+        "line with the names of the columns, numbers below",
+    ),
+    "units.csv": (
+        "t,F\ns,kN\n0,1\n1,2\n",
+        "F",
+        'file = "units.csv": column F is in "kN", and numbers are in SI units; convert the column, or remove the line '
+        "of units and scale the table in formulas",
+    ),
     "empty.csv": (
         "",
         "F",
@@ -99,9 +137,8 @@ def test_one_row(tmp_path: Path) -> None:
 
 
 def test_no_name_of_a_column(tmp_path: Path) -> None:
-    text = times('file = "a.csv"', 'value = "F"')
-    assert refused_by_both(tmp_path, text) == [
-        "tables.push.time is missing; give the name of a column of a.csv in quotes"
+    assert refused_by_both(tmp_path, times('file = "a.csv"')) == [
+        "tables.push.value is missing; give the name of a column of a.csv in quotes"
     ]
 
 
@@ -110,11 +147,9 @@ def test_wrong_variables_of_netcdf(tmp_path: Path) -> None:
         file.createDimension("n", 2)
         file.createVariable("t", float, ("n",))[:] = [0, 1]
         file.createVariable("F", float, ("n", "n"))[:] = [[0, 1], [2, 3]]
-    for column, message in (
-        ("F", "the variable F has 2 dimensions; give one of 1 dimension"),
-        ("G", 'has no variable "G"; known here are "t", "F"'),
-    ):
-        assert refused_by_both(tmp_path, from_file("a.nc", column)) == [f'tables.push.file = "a.nc": {message}']
+    for column in ("F", "G"):
+        wanted = f'tables.push.file = "a.nc": has no column "{column}"; known here are "t"'
+        assert refused_by_both(tmp_path, from_file("a.nc", column)) == [wanted]
 
 
 @pytest.mark.parametrize("name", ["bad.nc", "latin.csv"])

@@ -39,6 +39,7 @@ FILES = {
     "spaces.txt": joined("  "),
     "remarks.csv": joined(",", "# thrust of the jet, in N\n\n"),
     "windows.csv": joined(",", "\ufeff", "\r\n"),
+    "units.csv": joined(",").replace("thrust\n", "thrust\n-,[s],[N]\n"),
 }
 
 
@@ -54,6 +55,16 @@ def plain(**keys: Any) -> dict[str, Any]:
 def test_a_file_of_numbers_is_the_table_written_out(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_bytes(FILES[name].encode())
     assert resolve(from_file(str(tmp_path / name))).sha256() == resolve(plain()).sha256()
+
+
+def test_times_are_found_by_their_name_and_moved_by_the_offset(tmp_path: Path) -> None:
+    """As in logs, which count from 1970."""
+    rows = "\n".join(f"{1.6e9 + t:.2f};{x}".replace(".", ",") for t, x in ROWS)
+    (tmp_path / "log.csv").write_text(f"time;thrust\n{rows}\n", encoding="utf-8")
+    table = {"file": str(tmp_path / "log.csv"), "value": "thrust", "decimal": ",", "offset": -1.6e9}
+    read = resolve(ROD | {"tables": {"thrust": table}}).data.tables["thrust"]
+    np.testing.assert_allclose(read.times, TIMES, rtol=0, atol=2.4e-7)  # the spacing of numbers near 1.6e9
+    assert read.values == VALUES
 
 
 @pytest.mark.parametrize("suffix", ["nc", "nc4", "NC", "h5"])
@@ -109,8 +120,33 @@ def test_a_free_body_gets_the_integral(kind: str) -> None:
     np.testing.assert_allclose(2 * ds.velocity.values[:, 0, :2], momentum(kind), rtol=0, atol=1e-14)
 
 
+@pytest.mark.parametrize("kind", ["hold", "linear", "cubic"])
+@pytest.mark.parametrize(("outside", "before", "behind"), [("hold", 2.0, -3.0), (0, 0.0, 0.0)])
+def test_outside_of_its_points_a_table_is_what_is_said(kind: str, outside: Any, before: float, behind: float) -> None:
+    """A table of 2 and -3 that ends within the run: the impulses before 0.2 s and behind 0.3 s."""
+    table = {"times": [0.2, 0.3], "values": [2, -3], "interpolation": kind, "outside": outside}
+    jet = {"name": "jet", "type": "force", "body": "rod", "value": ["thrust(t)", 0, 0]}
+    ds = lienumba.run(ROD | {"tables": {"thrust": table}, "model": ROD["model"] | {"forces": [jet]}}).isel(run=0)
+    impulse = 2 * np.diff(ds.velocity.values[:, 0, 0])
+    inside = 0.2 if kind == "hold" else -0.05
+    wanted = [0.1 * before, 0.1 * before, inside, 0.1 * behind, 0.1 * behind]
+    np.testing.assert_allclose(impulse, wanted, rtol=0, atol=1e-14)
+
+
+def test_a_run_that_leaves_a_table_by_its_state_fails_where_that_is_an_error() -> None:
+    """The rod moves at 1 m/s through a table that ends at 0.25 m."""
+    table = {"times": [0, 0.25], "values": [0, 0], "outside": "error"}
+    body = ROD["model"]["bodies"][0] | {"velocity": [1, 0, 0]}
+    jet = {"name": "jet", "type": "force", "body": "rod", "value": ["thrust(at.x)", 0, 0]}
+    seen = [{"name": "at", "type": "point", "body": "rod", "point": [0, 0, 0]}]
+    model = ROD["model"] | {"bodies": [body], "forces": [jet]}
+    ds = lienumba.run(ROD | {"tables": {"thrust": table}, "model": model, "quantities": seen})
+    assert ds.status.attrs["flag_meanings"].split()[int(ds.status[0])] == "non_finite"
+    assert float(ds.end_time[0]) == pytest.approx(0.25, abs=0.0101)  # a step
+
+
 def test_a_table_may_be_scaled_and_delayed_run_by_run() -> None:
-    data = plain(interpolation="hold")
+    data = plain(interpolation="hold", outside="hold")
     data["parameters"] = {"delay": 0.02, "scale": 1}
     jet = {"name": "jet", "type": "force", "body": "rod", "value": ["scale*thrust(t - delay)", 0, 0]}
     data["model"] = ROD["model"] | {"forces": [jet]}

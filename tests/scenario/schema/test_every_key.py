@@ -18,7 +18,7 @@ from tests.scenario.schema.every_table import FILES, FORM_KEYS, SCHEMA, EveryTab
 # Keys that are read, or looked at by checks of their own, before the schema is: by the form of their table.
 READ_FIRST = {
     "scenario": ("extends", "parameters", "files"), "StartSection": ("file", "run", "time"), "Measure": ("function",),
-    "TableSection": ("interpolation",), "Tabulated": ("runs", "samples"), "Output": ("precision",),
+    "TableSection": ("interpolation", "outside"), "Tabulated": ("runs", "samples"), "Output": ("precision",),
 }  # fmt: skip
 MISPLACED = ("Inertia",)  # whose messages lack the key
 OWN_BOUNDS = {("mass", "must be at least"): "must be above 0", ("end_time", "must be above"): "must be at least 1e-100"}

@@ -20,6 +20,10 @@ from lienumba.numerics.expressions import Formula
 from lienumba.numerics.jets import lift
 
 RECORDED = "recorded"  # what a recording is called in the formula that reads it
+Outside = Literal["hold", 0, "error"]
+OUTSIDE_DESCRIBED = (
+    '"hold" (the first and the last value), 0 or "error" in front of the first point and behind the last one'
+)
 EFFORTS = {"angle": "N m", "displacement": "N"}
 
 
@@ -44,10 +48,11 @@ class RecordedInput(InputType):
     interpolation: Literal["hold", "linear", "cubic"] = Field(
         default="linear", description='"hold" (a value until the next), "linear" or "cubic" (a smooth spline)'
     )
+    outside: Outside | None = Field(default=None, description=f'{OUTSIDE_DESCRIBED} (or omit it: "hold")')
     delay: Number = Field(default=0.0, description="by how much later in s it is played")
 
     def to_model(self, name: str, names: Names) -> Quantity:
-        table = Table.of(self.times, self.values, self.interpolation)
+        table = Table.of(self.times, self.values, self.interpolation, self.outside)
         formula = Formula(f"{RECORDED}(t - delay)", frozenset({"t", "delay"}), frozenset({RECORDED}))
         value = Law(formula, {RECORDED: table, "delay": self.delay})
         return replace(super().to_model(name, names), value=value)
