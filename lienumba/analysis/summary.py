@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -16,6 +16,7 @@ from lienumba.batch.statuses import GOOD, SUCCESS
 from lienumba.errors import ScenarioError
 from lienumba.integrators.codes import UNSTABLE
 from lienumba.store.layout import RELATIVE_DRIFT, RUN, VARIABLES
+from lienumba.store.names import SHOW
 from lienumba.store.study_layout import is_study
 from lienumba.sweep.weighted import quantiles
 from lienumba.words import listed, plural
@@ -23,6 +24,7 @@ from lienumba.words import listed, plural
 QUANTILES = (0.05, 0.5, 0.95)
 FINAL = ("position", "velocity", "angular_velocity", "energy")
 AXES = ("axis", "body_axis")
+LAW_STATE = "state of the law"  # how the long names of states of laws begin
 FEW, TIMES = 64, 100  # runs and stored times that tell of which size a variable is on the way
 
 
@@ -129,6 +131,8 @@ def summarise(ds: xr.Dataset) -> Summary:
     as_varied = sampled if kept_runs is None else sampled & kept_runs
     final, time = _final_variables(ds, finished)
     kept = [x for x in ds.data_vars.values() if x.dims[:1] == RUN and x.name not in VARIABLES and "time" not in x.dims]
+    if shown := shown_in(ds):
+        kept = [x for x in kept if owner_in(str(x.name), shown) or owner_in(str(x.name).rpartition("_")[0], shown)]
     return Summary(
         title=str(ds.attrs.get("title", "")),
         weights="" if weights is None else weights_told(weights[sampled]),
@@ -162,6 +166,16 @@ def summarise(ds: xr.Dataset) -> Summary:
     )
 
 
+def shown_in(ds: xr.Dataset) -> list[str]:
+    """The names of `output.show`; none where all is shown."""
+    return [name for name in str(ds.attrs.get(SHOW, "")).split(", ") if name]
+
+
+def owner_in(name: str, shown: Collection[str]) -> str:
+    """The name that is shown of which a variable is, or is a part ("tip" of "tip.z"); empty if there is none."""
+    return next((x for x in shown if name == x or name.startswith(f"{x}.")), "")
+
+
 def _unstable(ds: xr.Dataset) -> str:
     """That runs start where they rest, but not for long; empty where none does."""
     if "start_equilibrium" not in ds:
@@ -193,10 +207,15 @@ def _final_variables(ds: xr.Dataset, finished: np.ndarray) -> tuple[list[tuple[s
     ends = ds["end_time"].values[finished] if "end_time" in ds else ()
     timed = [str(name) for name, x in ds.data_vars.items() if x.dims[:1] == RUN and "time" in x.dims]
     time = float(ds["time"].values[-1]) if timed else float(max(ends, default=0.0))
+    shown = shown_in(ds)
     own = [name for name in timed if name not in VARIABLES]
-    asked = [name for name in FINAL if name in timed or not timed]
+    own.sort(key=lambda name: str(ds[name].attrs.get("long_name", "")).startswith(LAW_STATE))  # those of laws are last
+    asked = [name for name in shown or FINAL if name in timed or not timed]
     last = {name: f"last_{name}" for name in asked if f"last_{name}" in ds and all(end == time for end in ends)}
-    names = [name for name in (*own, *asked) if name in last or name in timed]
+    names = [name for name in dict.fromkeys((*own, *asked)) if name in last or name in timed]
+    if shown:
+        places = {name: n for n, name in enumerate(shown)}
+        names = sorted((x for x in names if owner_in(x, places)), key=lambda x: places[owner_in(x, places)])
     return [(name, ds[last[name]] if name in last else ds[name].isel(time=-1)) for name in names], time
 
 

@@ -43,7 +43,7 @@ from lienumba.store.layout import (
     Variable,
     is_taken,
 )
-from lienumba.store.names import INPUT, NOT_OF_A_NAME, START_STATE, Name, Names, kind_of, names_in, with_failed
+from lienumba.store.names import INPUT, NOT_OF_A_NAME, SHOW, START_STATE, Name, Names, kind_of, names_in, with_failed
 from lienumba.store.shards import LABEL
 
 if TYPE_CHECKING:
@@ -409,6 +409,7 @@ class Results:
                 **provenance.attributes(
                     data.title, self.resolved.to_toml(), self.resolved.sha256(), data.sweep.seed, provenance.command()
                 ),
+                **({} if data.output.show is None else {SHOW: ", ".join(data.output.show)}),
                 **more,
             },
         )

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 NOT_OF_A_NAME = (*RUN, FULL, "time")  # dimensions
+SHOW = "show"  # the attribute of a dataset with the names of `output.show`
 STATUS, START_STATE = "status", "start_state"  # the latter has no names: a replay alone reads it
 LAST, AT_EVENTS = "last_", "event_"  # of the names of what each run has once, or once for each event
 

@@ -164,6 +164,17 @@ def test_summaries_instead_of_courses():
     assert summary.max_relative_energy_drift is None
 
 
+def test_what_is_shown_may_be_chosen():
+    ds = known([0, 0]).assign_attrs(show="energy, rise")
+    ds["rise"] = "run", [1.0, 2.0]
+    ds["fall"] = "run", [1.0, 2.0]
+    summary = summarise(ds)
+    assert {row.quantity for row in summary.final} == {"energy"}
+    assert {row.quantity for row in summary.kept} == {"rise"}
+    summary = summarise(ds.assign_attrs(show="velocity, position, energy"))
+    assert list(dict.fromkeys(row.quantity for row in summary.final)) == ["position", "energy"]
+
+
 def test_warnings_come_first_among_remarks():
     ds = known([0, 0]).assign_attrs(warnings="a: is wrong; mend it\nb: is wrong", stopped="stopped early")
     assert repr(summarise(ds)).splitlines()[-3:] == [

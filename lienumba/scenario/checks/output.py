@@ -44,6 +44,10 @@ def check_output(output: Output, lists: Lists, parameters: Parameters, report: R
         for statistic, number in Counter(statistics).items():
             if number > 1:
                 report.add(f"output.summary.{show(name)}", f'names "{statistic}" {number} times', "name it once")
+    measures = [str(item.get("name")) for item in lists["measures"]]
+    for i, name in enumerate(output.show or ()):
+        if name not in (*known, *measures):
+            report.add(f"output.show[{i}]", "is not known", suggestion(name, [*known, *measures]), name)
     for i, name in enumerate(output.at_events):
         if name not in parts:
             report.add(f"output.at_events[{i}]", "is not known", suggestion(name, parts), name)

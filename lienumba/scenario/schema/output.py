@@ -79,6 +79,11 @@ class Output(Section):
         description='a table of variables, quantities or components, such as pointing = ["max", "rms", "final", '
         '"time_of_max"], over the stored times',
     )
+    show: list[str] | None = Field(
+        default=None,
+        description="variables, quantities and measures that the summary of the sweep shows, in this order, such as "
+        '["tip", "energy"]; all by default',
+    )
     at_events: list[str] = Field(
         default=[],
         description="variables, quantities or components to store where each event first happens, before it changes "
