@@ -398,6 +398,18 @@ def tensor(body):
     return R @ np.diag(body.inertia) @ R.T
 
 
+@pytest.mark.parametrize("rate", [1.0, 3.0, 999.0, 1000.0, 1000.0000000016, 1000.1, 0.99999999 * 2e4, 2.1e4])
+def test_the_step_is_1_2_or_5_of_a_power_of_ten_below_what_damping_allows(tmp_path, rate):
+    """A disc whose damping is this many times its inertia per second, also just beside a power of ten."""
+    disc = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+    spin = f'<axis xyz="0 0 1"/><dynamics damping="{rate!r}"/>'
+    file = urdf(tmp_path, link("base", ""), joint("spin", "base", "disc", spin), link("disc", disc))
+    longest = min(0.002, 1.0 / rate)
+    step = from_file(file).to_dict()["integrator"]["step"]
+    known = [float(f"{x}e{n}") for n in range(-6, -2) for x in (1, 2, 5)]
+    assert step == max(x for x in known if x <= longest * (1 + 1e-9))
+
+
 FREE = f'<worldbody><body name="prop" pos="1 0 0"><freejoint name="p"/>{BALL}</body>'
 TWO = (
     FREE

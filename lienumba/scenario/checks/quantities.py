@@ -12,6 +12,7 @@ from lienumba.mechanics.elements.quantities import NOISES, QUANTITIES
 from lienumba.mechanics.elements.quantities.base import Refers
 from lienumba.mechanics.elements.quantities.built_in import Momentum
 from lienumba.mechanics.elements.quantities.switched import LockQuantity
+from lienumba.mechanics.mechanism.tables import ERROR
 from lienumba.mechanics.tolerances import SAME_TIME_RTOL
 from lienumba.scenario.base.paths import INPUTS
 from lienumba.scenario.base.problems import Report, check_name, names_of, read
@@ -19,6 +20,7 @@ from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.bodies import check_rotation
 from lienumba.scenario.checks.drivers import check_start
 from lienumba.scenario.checks.joints import Tables, find_coordinate
+from lienumba.scenario.checks.tables import check_range
 from lienumba.scenario.checks.times import check_samples
 from lienumba.scenario.schema.tables import points_problem
 from lienumba.store.layout import is_taken
@@ -174,10 +176,6 @@ def _check_recording(place: str, recording: RecordedInput, table: Keys, report: 
         return
     if report.times is None:
         return
-    last, end = recording.times[-1], float(report.times[-1]) - recording.delay
-    if end > last * (1.0 + SAME_TIME_RTOL) + SAME_TIME_RTOL:
-        report.add(
-            place,
-            f"ends at {last:g}, but the run reads it until {end:.6g}",
-            "add a point there, or end the run earlier",
-        )
+    recorded, delay = recording.table(), recording.delay
+    first = 0.0 - delay if recording.outside == ERROR else max(-delay, 0.0)  # what a delay leaves in front is meant so
+    check_range(recorded, first, float(report.times[-1]) - delay, place, "the run reads it", report)

@@ -16,6 +16,7 @@ from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.words import show
 
 CHOICES = 'outside = "hold" or 0'
+UNSAID = (None, ERROR)  # with which a table must not be read outside of its points
 
 if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
@@ -30,18 +31,7 @@ def check_tables(parameters: Parameters, report: "Report") -> None:
         table, x = parameters.tables[name], _argument(parameters, argument, values, times)
         at = paths.written(tokens)
         reads = f"{at} = {show(formula.text)} reads it"
-        if after(table, x.max()):
-            report.add(
-                f"tables.{name}",
-                f"ends at {table.last:g}, but {reads} until {x.max():.6g}",
-                f"add a point there, end the run earlier, or give {CHOICES}",
-            )
-        if before(table, x.min()):
-            rule = f"begins at {table.first:g}, but {reads} from {x.min():.6g} on"
-            if table.outside == ERROR:
-                report.add(f"tables.{name}", rule, f"add a point there, or give {CHOICES}")
-            else:
-                report.warn(f"tables.{name}", f"{rule}, and has its first value there", f"give {CHOICES}")
+        check_range(table, float(x.min()), float(x.max()), f"tables.{name}", reads, report)
         if table.knots and not argument.is_line(parameters.quantities | parameters.tables.keys()):
             report.warn(
                 at,
@@ -65,7 +55,7 @@ def check_samples(parameters: Parameters, samples: Mapping[str, Any], labels: Se
     for tokens, formula, name, argument in _of_time(parameters):
         reached = np.atleast_1d(_argument(parameters, argument, values, end))
         table = parameters.tables[name]
-        beyond = np.flatnonzero(after(table, reached))
+        beyond = np.flatnonzero((table.outside in UNSAID) & (reached > table.last + _margin(table.last)))
         if len(beyond):
             at, run = f"{paths.written(tokens)} = {show(formula.text)}", labels[beyond[0]]
             rule = f"ends at {table.last:g}, but {at} reads it until {reached[beyond[0]]:.6g} in run {run}"
@@ -73,14 +63,24 @@ def check_samples(parameters: Parameters, samples: Mapping[str, Any], labels: Se
             raise ScenarioError.at(f"tables.{name}", rule, remedy)
 
 
-def after(table: Table, x: Any) -> Any:
-    """Whether arguments are behind the last point of a table that must not be read there."""
-    return (table.outside in (None, ERROR)) & (x > table.last + SAME_TIME_RTOL * abs(table.last) + SAME_TIME_RTOL)
+def check_range(table: Table, first: float, last: float, at: str, reads: str, report: "Report") -> None:
+    """Whether a table may be read from the first to the last argument. reads: who reads it, in words."""
+    if table.outside not in UNSAID:
+        return
+    if last > table.last + _margin(table.last):
+        remedy = f"add a point there, end the run earlier, or give {CHOICES}"
+        report.add(at, f"ends at {table.last:g}, but {reads} until {last:.6g}", remedy)
+    if first < table.first - _margin(table.first):
+        rule = f"begins at {table.first:g}, but {reads} from {first:.6g} on"
+        if table.outside == ERROR:
+            report.add(at, rule, f"add a point there, or give {CHOICES}")
+        else:
+            report.warn(at, f"{rule}, and has its first value there", f"give {CHOICES}")
 
 
-def before(table: Table, x: Any) -> Any:
-    """Whether arguments are in front of the first point of a table of which nothing is said for them."""
-    return (table.outside in (None, ERROR)) & (x < table.first - SAME_TIME_RTOL * abs(table.first) - SAME_TIME_RTOL)
+def _margin(x: float) -> float:
+    """Roundoff of an argument."""
+    return SAME_TIME_RTOL * abs(x) + SAME_TIME_RTOL
 
 
 def _of_time(parameters: Parameters) -> Iterator[tuple[Tokens, Formula, str, Formula]]:

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 from lienumba.errors import UNKNOWN, BadValueError, Problem, missing
 from lienumba.keys.facts import is_open_ended
 from lienumba.mechanics.elements.drivers import DRIVERS
+from lienumba.mechanics.elements.inputs import FORM_KEYS, INPUTS_BY_FORM
 from lienumba.numerics.expressions import Formula
 from lienumba.numerics.grammar import ExpressionError
-from lienumba.scenario.base.paths import written
+from lienumba.scenario.base.paths import INPUTS, written
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.schema import sections, shapes
 from lienumba.scenario.schema.locations import Loc, place, section_key, without_tags
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 
+NEEDED = {form: key for key, form in FORM_KEYS.items()}  # the key by which a form of inputs is known
 GROUND, SHAPES = "ground_shapes", "shapes"
 NO_FORMULA = ", not a formula or a parameter"
 
@@ -148,11 +150,13 @@ def _unknown(loc: Loc, raw: object) -> Problem:
     names = section_key(loc[:-1])
     kind, form = (SHAPES, names[-1]) if names[:-1] in sections.SHAPE_LISTS else (str(loc[min(1, len(loc) - 1)]), "")
     forms: Mapping[str, type[BaseModel]] = shapes.SHAPES if kind == SHAPES else {}
-    if loc[0] == "model" and kind in sections.FORMS:
-        forms, form = sections.FORMS[kind], str(loc[3])
+    if loc[0] == "model" and kind in (*sections.FORMS, INPUTS) and len(loc) > 4:
+        forms, form = {**sections.FORMS, INPUTS: INPUTS_BY_FORM}[kind], str(loc[3])
     having = [other for other, having_it in forms.items() if key in having_it.model_fields]
     if having and alias(key, known) is None:
         belongs = ", ".join(_form(kind, other) for other in having)
+        if kind == INPUTS and len(having) == 1:
+            belongs += f": {forms[having[0]].model_fields[key].description}"
         return Problem(
             path, "", f"leave it out (it belongs to {belongs})", verb=f"has no meaning for {_kind(kind, form)}"
         )
@@ -165,12 +169,16 @@ def _unknown(loc: Loc, raw: object) -> Problem:
 
 
 def _form(kind: str, form: str) -> str:
+    if kind == INPUTS:
+        return f"an input with {NEEDED[form]}"
     return DRIVERS[form].noun if kind == "drivers" and "motion" not in DRIVERS[form].model_fields else form
 
 
 def _kind(kind: str, form: str) -> str:
     """What one of the model's tables is, as a noun."""
     article = "an" if form[0] in "aeio" else "a"
+    if kind == INPUTS:
+        return _form(kind, form)
     if kind == "joints":
         return f"{article} {form} joint"
     if kind == SHAPES:

@@ -33,7 +33,17 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "too short": (
         {"a": {"times": [0, 1.5], "values": [1, 2]}, "b": 1},
-        "inputs.a: ends at 1.5, but the run reads it until 2; add a point there, or end the run earlier",
+        "inputs.a: ends at 1.5, but the run reads it until 2; add a point there, end the run earlier, or give "
+        'outside = "hold" or 0',
+    ),
+    "too late": (
+        {"a": {"times": [0.5, 3], "values": [1, 2], "outside": "error"}, "b": 1},
+        'inputs.a: begins at 0.5, but the run reads it from 0 on; add a point there, or give outside = "hold" or 0',
+    ),
+    "a delay of a formula": (
+        {"a": {"value": "t", "delay": 0.1}, "b": 1},
+        "inputs.a.delay has no meaning for an input with value; leave it out (it belongs to an input with file: by how "
+        "much later in s it is played; a delayed feedback is a law in Python with every and memory)",
     ),
     "follows nothing": (
         {"a": {"joint": "hinge", "target": 0}, "b": 1},

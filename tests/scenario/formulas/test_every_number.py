@@ -70,4 +70,10 @@ def test_a_limit_follows_a_parameter() -> None:
     system = at_hinge("0").parameter("top", 0.5).input("x", {"value": "2*t", "limit": "top"})
     system = system.sweep(runs=2).vary("parameters.top", distribution="choice", values=[0.5, 0.75])
     ds = lienumba.run(system)
-    np.testing.assert_array_equal(ds["inputs.x"], np.minimum(2 * ds.time, ds["parameters.top"]).T)
+    np.testing.assert_allclose(ds["inputs.x"], np.minimum(2 * ds.time, ds["parameters.top"]).T, rtol=1e-15)
+
+
+def test_a_limit_that_is_a_constant_formula_may_vary() -> None:
+    system = at_hinge("0").input("x", {"value": "2*t", "limit": "1/2"}).sweep(runs=2)
+    ds = lienumba.run(system.vary("inputs.x.limit", distribution="choice", values=[0.5, 0.75]))
+    np.testing.assert_allclose(ds["inputs.x"], np.minimum(2 * ds.time, ds["inputs.x.limit"]).T, rtol=1e-15)

@@ -102,6 +102,13 @@ def test_a_system_replaces_what_a_file_recorded(tmp_path: Path) -> None:
     assert resolve(system).to_dict()["inputs"]["b"]["values"] == [1, 1, 3]
 
 
+def test_outside_of_its_points_a_recording_is_what_is_said() -> None:
+    """A recording of 2 and 3, from 0.5 s on until 1 s."""
+    system = at_hinge("inputs.a").input("a", times=[0.5, 1], values=[2, 3], interpolation="hold", outside=0)
+    ds = lienumba.run(system).isel(run=0)
+    np.testing.assert_array_equal(ds["inputs.a"], np.where((ds.time > 0.49) & (ds.time < 0.99), 2, 0))
+
+
 REFUSED = {
     "no such column": (
         '[inputs.recording]\nfile = "c.csv"\nvalues = ["a", "c"]',

@@ -187,7 +187,7 @@ def test_rows_go_by_their_labels(tmp_path: Path) -> None:
         ("bodies.top.mass\n15\nnan\n", 'row 2 of column "bodies.top.mass": nan is no finite number; correct it'),
         ("bodies.top.mass\n15\nx\n", 'line 3, column bodies.top.mass: "x" is no number; correct it'),
         ("run,bodies.top.mass\n0.5,15\n", "column run: has labels that are no whole numbers from 0 on; correct them"),
-        ("a,a\n1,2\n", 'has two columns "a"; give each its own name'),
+        ("a,a\n1,2\n", 'columns 1 and 2 are both called "a"; give each its own name'),
         ("", "is empty; give a first line with the names of the columns, and numbers below"),
     ],
 )

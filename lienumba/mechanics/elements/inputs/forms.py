@@ -48,11 +48,18 @@ class RecordedInput(InputType):
     interpolation: Literal["hold", "linear", "cubic"] = Field(
         default="linear", description='"hold" (a value until the next), "linear" or "cubic" (a smooth spline)'
     )
-    outside: Outside | None = Field(default=None, description=f'{OUTSIDE_DESCRIBED} (or omit it: "hold")')
-    delay: Number = Field(default=0.0, description="by how much later in s it is played")
+    outside: Outside | None = Field(default=None, description=f"{OUTSIDE_DESCRIBED} (or omit it)")
+    delay: Number = Field(
+        default=0.0,
+        description="by how much later in s it is played; a delayed feedback is a law in Python with every and memory",
+    )
+
+    def table(self) -> Table:
+        """The recording as a function."""
+        return Table.of(self.times, self.values, self.interpolation, self.outside)
 
     def to_model(self, name: str, names: Names) -> Quantity:
-        table = Table.of(self.times, self.values, self.interpolation, self.outside)
+        table = self.table()
         formula = Formula(f"{RECORDED}(t - delay)", frozenset({"t", "delay"}), frozenset({RECORDED}))
         value = Law(formula, {RECORDED: table, "delay": self.delay})
         return replace(super().to_model(name, names), value=value)
