@@ -27,7 +27,7 @@ from lienumba.mechanics.tolerances import (
     SINGULAR_RATE,
 )
 from lienumba.numerics.number import Number
-from lienumba.numerics.operations import absolute, is_zero, maximum, minimum, where
+from lienumba.numerics.operations import absolute, divide, is_zero, maximum, minimum, where
 
 
 def position_violation(model: Model, now: Instant, counts: Sequence[Number] | None = None) -> Any:
@@ -156,7 +156,7 @@ def lost(model: Model, now: Instant, counts: Sequence[Number]) -> Any:
     permanent = constraints.permanent_rows(model)
     residual = constraints.residual(model, now)[:permanent]
     for phi, kind, count in zip(residual, lengths[:permanent], counts[:permanent], strict=True):
-        violation = absolute(phi) if kind == "r" else absolute(phi) / size
+        violation = absolute(phi) if kind == "r" else divide(absolute(phi), size)
         worst = maximum(where(count > 0.5, 0.0, violation), worst)
     return worst
 
