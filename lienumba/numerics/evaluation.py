@@ -1,10 +1,10 @@
 """What a checked formula is worth: a number, whether a condition holds, and the margin by which it does."""
 
 import ast
-import copy
 import operator
 from collections.abc import Mapping
 from functools import reduce
+from math import inf
 from typing import Any
 
 from lienumba.numerics.functions import FUNCTIONS, floor
@@ -15,9 +15,11 @@ from lienumba.numerics.operations import HOLDS, maximum, minimum, where
 WITHIN = "t within"  # the time that tells in which piece of a table t lies, and on which side of a comparison, where
 # this is not t itself; and the names that are no functions of the time. Only for straight lines in t: there steps land.
 Names = Mapping[str, Any]  # numbers, and tables, which are called with two
-_NAMES = (ast.Name, ast.Attribute, ast.Subscript)
-MOST_BRANCHES = 4  # of one comparison
 WHOLE = ("floor", "ceil", "mod")  # functions that jump where a whole number is reached
+
+
+class Chooses(ast.UnaryOp):
+    """A condition, or with `not` its contrary, that chooses a branch (`branches`)."""
 
 
 def degree(node: ast.AST, state: frozenset[str]) -> int:
@@ -53,7 +55,7 @@ def value(node: ast.AST, names: Names) -> Any:
         case ast.BinOp(left=x, op=op, right=y):
             return OPERATORS[type(op)](value(x, names), value(y, names))
         case ast.Call(func=ast.Name(id="where"), args=[condition, x, y]):
-            return where(_truth(condition, names) > 0.5, value(x, names), value(y, names))
+            return where(truth(condition, names) > 0.5, value(x, names), value(y, names))
         case ast.Call(func=ast.Name(id=name), args=args) if name in WHOLE and WITHIN in names:
             within, state = names[WITHIN]
             straight = max(degree(x, state) for x in args) <= 1
@@ -70,15 +72,15 @@ def value(node: ast.AST, names: Names) -> Any:
     raise AssertionError("checked before")
 
 
-def _truth(node: ast.AST, names: Names) -> Any:
+def truth(node: ast.AST, names: Names) -> Any:
     """1 where a condition holds, else 0."""
     match node:
         case ast.BoolOp(op=ast.And(), values=values):
-            return reduce(minimum, (_truth(x, names) for x in values))
+            return reduce(minimum, (truth(x, names) for x in values))
         case ast.BoolOp(op=ast.Or(), values=values):
-            return reduce(maximum, (_truth(x, names) for x in values))
+            return reduce(maximum, (truth(x, names) for x in values))
         case ast.UnaryOp(operand=x):
-            return 1.0 - _truth(x, names)
+            return 1.0 - truth(x, names)
         case ast.Compare():
             return reduce(minimum, (where(COMPARISONS[op](x, y), 1.0, 0.0) for op, x, y in _compared(node, names)))
     raise AssertionError("checked before")
@@ -104,7 +106,7 @@ def may_hold(node: ast.AST, names: Names, state: frozenset[str], holds: bool = T
         case ast.Compare(left=x, comparators=others):
             if max(degree(side, state) for side in (x, *others)) > 1:
                 return True
-            return (_truth(node, names) > 0.5) == holds
+            return (truth(node, names) > 0.5) == holds
     raise AssertionError("checked before")
 
 
@@ -120,37 +122,22 @@ def _either(x: Number, y: Number) -> Any:
     return where(x > y, x, where(y >= x, y, holds))
 
 
-def _chosen(node: ast.Compare) -> ast.expr | None:
-    """The same comparison for each branch of the first `where` or `sign` in it, so that its margin does not jump where
-    that chooses another one; None without any, or with many."""
-    calls = [x for x in ast.walk(node) if isinstance(x, ast.Call) and ast.unparse(x.func) in ("where", "sign")]
-    if not 0 < len(calls) <= MOST_BRANCHES:
-        return None
-    call, args = calls[0], calls[0].args
-    if len(args) == 1:
-        above, below = (ast.Compare(args[0], [op()], [ast.Constant(0.0)]) for op in (ast.Gt, ast.Lt))
-        other = ast.Call(ast.Name("where"), [below, ast.Constant(-1.0), ast.Constant(0.0)], [])
-        args = [above, ast.Constant(1.0), other]
-    condition, *branches = args
-    found = list[ast.expr]()
-    for chosen, branch in zip((condition, ast.UnaryOp(ast.Not(), condition)), branches, strict=True):
-        own = copy.deepcopy(node, {id(call): branch})
-        if any(dotted(x) not in (*CONSTANTS, *FUNCTIONS) for x in ast.walk(own) if isinstance(x, _NAMES)):
-            found.append(ast.BoolOp(ast.And(), [chosen, own]))
-        elif _truth(own, {}) > 0.5:
-            found.append(chosen)
-    return ast.BoolOp(ast.Or(), found) if found else None
+def _alone(x: Number) -> Any:
+    """The margin of a condition that chooses: infinite where both of its sides are the same number, so that the branch
+    alone has the say."""
+    tied = where(x > 0.0, inf, where(x <= 0.0, -inf, x))
+    return where(x < 0.0, x, where(x > HOLDS, x, tied))
 
 
 def margin(node: ast.AST, names: Names, holds: bool = True) -> Any:
     """A number that is above 0 exactly where a condition holds (or, not `holds`, where it does not), and passes 0 as
     smoothly as its sides do."""
     match node:
-        case ast.Compare() if chosen := _chosen(node):
-            return margin(chosen, names, holds)
         case ast.BoolOp(op=word, values=values):
             least = isinstance(word, ast.And) == holds
             return reduce(_both if least else _either, [margin(x, names, holds) for x in values])
+        case Chooses(op=word, operand=x):
+            return _alone(margin(x, names, isinstance(word, ast.UAdd) == holds))
         case ast.UnaryOp(operand=x):
             return margin(x, names, not holds)
         case ast.Compare():

@@ -14,6 +14,7 @@ from itertools import combinations, pairwise
 from typing import Any
 
 from lienumba.numerics import evaluation
+from lienumba.numerics.branches import branched
 from lienumba.numerics.evaluation import WHOLE, degree
 from lienumba.numerics.grammar import LONGEST, Allowed, ExpressionError, NotAFormulaError, check, dotted, is_condition
 from lienumba.numerics.number import Number
@@ -65,7 +66,11 @@ class Formula:
             object.__setattr__(self, "constant", float(value))
 
     def __call__(self, t: Number, **names: Any) -> Any:
-        return (evaluation.margin if self.condition else evaluation.value)(self._tree, {"t": t, **names})
+        return (evaluation.margin if self.condition else evaluation.value)(self._branched, {"t": t, **names})
+
+    @cached_property
+    def _branched(self) -> ast.expr:
+        return branched(self._tree) if self.condition else self._tree
 
     def bound(self, values: Mapping[str, float]) -> str:
         """The text of the same formula with numbers for these names."""
@@ -107,8 +112,9 @@ class Formula:
         no such ones."""
         if self._calls(()):
             return None
-        alone = isinstance(self._tree, ast.Compare) and len(self._tree.ops) == 1  # itself the margin of the condition
-        nodes = [node for node in ast.walk(self._tree) if not (alone and node is self._tree)]
+        tree = self._branched
+        alone = isinstance(tree, ast.Compare) and len(tree.ops) == 1  # itself the margin of the condition
+        nodes = [node for node in ast.walk(tree) if not (alone and node is tree)]
         found = {ast.unparse(x): x for node in nodes for x in _bends(node)}
         moving = [text for text, x in found.items() if any(dotted(y) in self.used for y in ast.walk(x))]
         try:

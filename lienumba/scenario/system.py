@@ -255,7 +255,7 @@ class System:
         action : str
             "record"; "stop", which ends the run there; or "lock", "unlock", "release", "engage" or "set".
         **keys
-            Those of the action: joint, coordinate, closing (m or rad), parameters (by name), once.
+            Those of the action: joint, coordinate, closing (m or rad), parameters (by name), once; and delay (s).
         """
         return self._add("events", {"name": name, "when": when, "action": action, **keys})
 

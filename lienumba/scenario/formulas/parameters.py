@@ -157,9 +157,7 @@ class Parameters:
             if path not in used
         ]
         return parameters + [
-            Problem(
-                f"tables.{name}", "nothing reads it", f"write {name}(t) in a number of a force or driver, or remove it"
-            )
+            Problem(f"tables.{name}", "nothing reads it", f"write {name}(t) in a formula, or remove it")
             for name in self.tables
             if name not in used
         ]

@@ -109,12 +109,15 @@ def follow(sizes: Sizes, at: Workspace, values: Address, rates: Address, lanes: 
 @apart
 def rescale(sizes: Sizes, at: Workspace, plan: Plan, values: Address, lanes: Mask) -> None:
     """Take the scale of conditions of the scenario from their new values, in these lanes, where the values have jumped
-    by more than the hysteresis band. To be called when an event has set numbers, before anything else changes."""
+    by more than the hysteresis band; those that a jump makes false are. To be called when an event has set numbers,
+    before anything else changes."""
     peaks = at.conditions + ROW * layout.peak_row(sizes)
     for n in range(sizes.events):
-        now, extent = load(values, n), load(peaks, layout.EXTENT * sizes.events + n)
+        now, was = load(values, n), load(at.conditions, n)
+        extent = load(peaks, layout.EXTENT * sizes.events + n)
         written = splat(float(plan.acts[n, WRITTEN])) != 0.0
-        jumps = lanes & written & (absolute(now - load(at.conditions, n)) > HYSTERESIS_RTOL * extent)
+        jumps = lanes & written & (absolute(now - was) > HYSTERESIS_RTOL * extent)
+        store(at.conditions, n, choose(jumps & (was > 0.0) & (now <= 0.0), now, was))
         store(peaks, n, choose(jumps, now, load(peaks, n)))
         store(peaks, layout.EXTENT * sizes.events + n, choose(jumps, finite_size(now), extent))
 
