@@ -110,17 +110,12 @@ SALTELLI_2010 = Reference(
     "Computer Physics Communications", "181(2):259--270", "10.1016/j.cpc.2009.09.018",
 )  # fmt: skip
 SOBOL = Sampler(
-    "sobol", "a Sobol' sequence [@sobol1967; @joe2008], its binary digits shifted at random",
-    draw, (SOBOL_1967, JOE), order_matters=True, evenly=True, most_dimensions=MOST_DIMENSIONS,
+    "sobol", draw, (SOBOL_1967, JOE), order_matters=True, evenly=True, most_dimensions=MOST_DIMENSIONS,
 )  # fmt: skip
 SALTELLI = Sampler(
-    "saltelli",
-    "pairs of points of a Sobol' sequence [@sobol1967; @joe2008], its binary digits shifted at random, "
-    "and their combinations for Sobol' indices [@saltelli2010]",
-    draw_rows, (SOBOL_1967, JOE, SALTELLI_2010), order_matters=True, most_dimensions=MOST_DIMENSIONS,
+    "saltelli", draw_rows, (SOBOL_1967, JOE, SALTELLI_2010), order_matters=True, most_dimensions=MOST_DIMENSIONS,
     dimensions=lambda n: 2 * n, row=runs_of_row, independent=True, independent_of_row=2, sobol_indices=True,
 )  # fmt: skip
 SALTELLI_SECOND = replace(
     SALTELLI, name="saltelli_second", draw=draw_rows_of_pairs, row=runs_of_row_of_pairs,
-    words=SALTELLI.words.replace("combinations for", "combinations both ways for"),
 )  # fmt: skip
