@@ -43,7 +43,7 @@ FLOORS = [
 INSIDE = {  # the floors of rooms, lowest first
     "mechanics": [{"mechanism"}, {"elements"}, {"system"}, {"tree"}, {"start"}],
     "sweep": [
-        {"betting", "confidence", "normal", "sequential"}, {"weighted"}, {"copula", "verdicts"}, {"distributions"},
+        {"confidence", "normal"}, {"weighted"}, {"copula", "verdicts"}, {"distributions"},
         {"samplers", "table"}, {"design"}, {"noise"},
     ],
     "store": [

@@ -263,7 +263,7 @@ def sweep(tree: Tree, random: Random) -> None:
     if random.random() < 0.2:
         tree["sweep"]["correlate"] = [{"paths": paths, "matrix": [[1, 0.5], [0.5, 1]]}]
     if random.random() < 0.3:
-        stop = random.choice(({"requirement": "holds"}, {"variable": "max_energy_drift", "width": 1e-9}, {
+        stop = random.choice(({"variable": "max_energy_drift", "width": 1e-9}, {
             "variable": "energy_lost", "statistic": "quantile", "probability": 0.5, "width": 1.0}))  # fmt: skip
         tree["sweep"]["stop"] = {**stop, "every": 2}
 

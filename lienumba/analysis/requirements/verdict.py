@@ -56,8 +56,7 @@ def verdicts(ds: xr.Dataset) -> xr.Dataset:
     xarray.Dataset
         On the dimension `requirement`: `verdict` ("met", "not met" or "not enough runs") and `sentence`; the `part` of
         the `runs` that meet it, and the bounds `at_least` and `at_most` of its probability, each of which holds with
-        the `confidence`: Clopper's and Pearson's, or, where the sweep might end by what its runs say, those of a
-        confidence sequence; `more_runs`, `fewest_more`; `margin`, the tolerance bound of Wilks.
+        the `confidence`, by Clopper and Pearson; `more_runs`, `fewest_more`; `margin`, the tolerance bound of Wilks.
 
     Raises
     ------
@@ -86,14 +85,13 @@ def verdicts_of(ds: xr.Dataset) -> list[Verdict]:
     if MET not in ds:
         return []
     check_together(ds, "the dataset")
-    sweep, which = sweep_of(ds), counted(ds)
-    looked, own = "stop" in sweep, rules(ds)
-    weights, most = weights_of(ds, which), SAMPLERS[str(sweep.get("sampler", DEFAULT))].most_weight
+    which, own = counted(ds), rules(ds)
+    weights = weights_of(ds, which)
     found = []
     for n, name in enumerate(map(str, ds["requirement"].values)):
         wanted = Wanted(name, float(own[name]["probability"]), float(own[name]["confidence"]))
         met, margin = (ds[x].isel(requirement=n).values[which].astype(float) for x in (MET, MARGIN))
-        found.append(judge(wanted, met, margin, looked, weights, most))
+        found.append(judge(wanted, met, margin, weights))
     return found
 
 
@@ -172,9 +170,8 @@ def _amount(x: float, units: str) -> str:
 def legend(found: Sequence[Verdict]) -> str:
     """What the columns of the table are."""
     sure = listed(dict.fromkeys(f"{100 * x.confidence:g} %" for x in found), "or")
-    after = "; they hold at whatever run one looks" if any(x.sequential for x in found) else ""
     return (
-        f"at least, at most: bounds of the probability to meet it, each with {sure} confidence{after}; margin: to the "
+        f"at least, at most: bounds of the probability to meet it, each with {sure} confidence; margin: to the "
         "limit, which the part that is wanted keeps with the same confidence"
     )
 
@@ -198,6 +195,8 @@ def notes(ds: xr.Dataset) -> list[str]:
         found.append(
             f"the sampler {sampler} spreads runs more evenly than by chance: bounds are those of independent runs"
         )
+    if "stopped" in ds.attrs:
+        found.append("the sweep ended by [sweep.stop]: bounds are those of a number of runs that was fixed before")
     which = counted(ds)
     if SAMPLERS[sampler].row:
         count = plural(int(which.sum()), "run counts", "runs count")
