@@ -14,7 +14,6 @@ from lienumba.analysis.sensitivities.explained import explained
 from lienumba.analysis.sensitivities.morris import design_of, effects
 from lienumba.analysis.sensitivities.ranks import rank_interval, standard_ranks, tornado
 from lienumba.analysis.sensitivities.sobol import Rows, indices
-from lienumba.analysis.sensitivities.together import second_indices
 from lienumba.engine.rare.methods import METHODS
 from lienumba.sweep import weighted
 from lienumba.sweep.confidence import bounds, half_width, proportion, ranks
@@ -168,41 +167,6 @@ def of_failures(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
     return (found.first_order_low, found.first_order_high), (weight @ (given - p) ** 2) / weight.sum() / (p * (1 - p))
 
 
-def of_two(trial: Callable[[np.random.Generator, int], tuple[np.ndarray, np.ndarray, float]]) -> Trial:
-    """Second index of the first two inputs (runs, d) of five times so many runs."""
-
-    def both(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
-        x, y, truth = trial(rng, 5 * runs)
-        found = second_indices(list(x.T), y)
-        assert found is not None
-        return (found[1, 0, 1], found[2, 0, 1]), truth
-
-    return both
-
-
-def waves(rng: np.random.Generator, runs: int) -> tuple[np.ndarray, np.ndarray, float]:
-    x = rng.uniform(-np.pi, np.pi, (runs, 3))
-    return x[:, [0, 2]], ishigami(x), TOTAL[0] - FIRST[0]
-
-
-def apart(rng: np.random.Generator, runs: int) -> tuple[np.ndarray, np.ndarray, float]:
-    x = rng.standard_normal((runs, 2))
-    return x, x.sum(axis=1) + rng.standard_normal(runs), 0.0
-
-
-def multiplied(rng: np.random.Generator, runs: int) -> tuple[np.ndarray, np.ndarray, float]:
-    x = rng.standard_normal((runs, 2))
-    return x, x.prod(axis=1) + rng.standard_normal(runs), 0.5
-
-
-def jumping(rng: np.random.Generator, runs: int) -> tuple[np.ndarray, np.ndarray, float]:
-    x = rng.standard_normal((runs, 2))
-    z, weight = special.roots_hermitenorm(200)
-    p = stats.norm.sf(1.0 / 2**0.5)
-    alone = (weight @ (stats.norm.cdf(z - 1.0) - p) ** 2) / weight.sum() / (p * (1 - p))
-    return x, (x.sum(axis=1) > 1.0).astype(float), 1.0 - 2.0 * alone
-
-
 def of_rows(which: int, total: bool) -> Trial:
     """Of a saltelli sweep with so many rows."""
 
@@ -213,20 +177,6 @@ def of_rows(which: int, total: bool) -> Trial:
         found = indices(values, Rows(["a", "b", "c"], np.arange(5 * runs).reshape(runs, 5)))
         of = found.total if total else found.first
         return (of[1, which], of[2, which]), (TOTAL if total else FIRST)[which]
-
-    return trial
-
-
-def of_pair(first: int, second: int) -> Trial:
-    """Of a saltelli_second sweep with so many rows."""
-
-    def trial(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
-        a, b = rng.uniform(-np.pi, np.pi, (2, runs, 3))
-        mixed = [np.where(np.arange(3) == k, *each) for each in ((b, a), (a, b)) for k in range(3)]
-        values = ishigami(np.stack([a, b, *mixed], axis=1)).ravel()
-        found = indices(values, Rows(["a", "b", "c"], np.arange(8 * runs).reshape(runs, 8))).second
-        truth = TOTAL[0] - FIRST[0] if (first, second) == (0, 2) else 0.0
-        return (found[1, first, second], found[2, first, second]), truth
 
     return trial
 
@@ -300,15 +250,9 @@ CASES: dict[str, Trial] = {
     "first index of runs, product (0)": of_product,
     "first index of runs, square": of_square,
     "first index of runs, failures": of_failures,
-    "second index of 5 times as many runs, Ishigami": of_two(waves),
-    "second index of 5 times as many runs, sum (0)": of_two(apart),
-    "second index of 5 times as many runs, product": of_two(multiplied),
-    "second index of 5 times as many runs, failures": of_two(jumping),
     "first index of rows, Ishigami a": of_rows(0, False),
     "total index of rows, Ishigami a": of_rows(0, True),
     "total index of rows, Ishigami c": of_rows(2, True),
-    "second index of rows, Ishigami a and c": of_pair(0, 2),
-    "second index of rows, Ishigami a and b (0)": of_pair(0, 1),
     "elementary effects of rows, mu, a b + a": elementary("a", "mu", 1.5),
     "elementary effects of rows, mu*, a b + a": elementary("a", "mu_star", 1.5),
     "elementary effects of rows, sigma, a b + a": elementary("a", "sigma", (1 / 12) ** 0.5),

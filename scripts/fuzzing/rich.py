@@ -251,7 +251,7 @@ def sweep(tree: Tree, random: Random) -> None:
         )
     )
     sampler = random.choice([*SAMPLERS])
-    runs = len(vary) * 8 + 8 if sampler in ("morris", "saltelli", "saltelli_second") else 6
+    runs = len(vary) * 8 + 8 if sampler in ("morris", "saltelli") else 6
     tree["sweep"] = {"runs": runs, "sampler": sampler, "vary": vary, "nominal": random.random() < 0.3}
     if sampler == "importance":
         tree["sweep"]["proposal"] = {

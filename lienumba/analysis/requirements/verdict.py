@@ -18,8 +18,7 @@ from lienumba.store.form import scenario_tables
 from lienumba.store.layout import MARGIN, MET
 from lienumba.store.names import one_of
 from lienumba.store.refusals import check_together, damaged
-from lienumba.sweep.samplers import DEFAULT, SAMPLERS
-from lienumba.sweep.samplers.sampler import Sampler
+from lienumba.sweep.samplers import sampler_of
 from lienumba.sweep.verdicts import Verdict, Wanted, judge, percent
 from lienumba.words import listed, plural, show
 
@@ -97,13 +96,8 @@ def verdicts_of(ds: xr.Dataset) -> list[Verdict]:
 
 def counted(ds: xr.Dataset) -> np.ndarray:
     """Which runs count for verdicts (runs,)."""
-    sampler = sampler_of(ds)
+    sampler = sampler_of(sweep_of(ds))
     return sampler.counting(ds["run"].values, len(sampled_inputs(sweep_of(ds))) if sampler.row is not None else 0)
-
-
-def sampler_of(ds: xr.Dataset) -> Sampler:
-    """By which the runs were drawn."""
-    return SAMPLERS[str(sweep_of(ds).get("sampler", DEFAULT))]
 
 
 def sweep_of(ds: xr.Dataset) -> Tables:
@@ -190,17 +184,17 @@ def worst(ds: xr.Dataset, found: Sequence[Verdict]) -> list[str]:
 
 def notes(ds: xr.Dataset) -> list[str]:
     """What to beware of."""
-    sampler, found = str(sweep_of(ds).get("sampler", DEFAULT)), []
-    if sampler in EVEN:
+    sampler, found = sampler_of(sweep_of(ds)), []
+    if sampler.name in EVEN:
         found.append(
-            f"the sampler {sampler} spreads runs more evenly than by chance: bounds are those of independent runs"
+            f"the sampler {sampler.name} spreads runs more evenly than by chance: bounds are those of independent runs"
         )
     if "stopped" in ds.attrs:
         found.append("the sweep ended by [sweep.stop]: bounds are those of a number of runs that was fixed before")
     which = counted(ds)
-    if SAMPLERS[sampler].row:
+    if sampler.row:
         count = plural(int(which.sum()), "run counts", "runs count")
-        found.append(f"of the {sampler} sweep {count}, the independent ones")
+        found.append(f"of the {sampler.name} sweep {count}, the independent ones")
     weights = weights_of(ds, which)
     if weights is not None and which.any():
         found.append(weights_told(weights))

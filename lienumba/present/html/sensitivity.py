@@ -80,8 +80,8 @@ def sensitivity(ds: xr.Dataset, read: Columns) -> tuple[Section | None, Json]:
     indices = any(row.explained != NONE for x in found.outputs for row in x.inputs)
     body = _body(indices, [*notes, points.pop("note")])
     for output in found.outputs:
-        for headline, rows in output.others(MOST_INPUTS):
-            body += [element("h3", headline), text_table(rows)]
+        if effects := output.effects(MOST_INPUTS):
+            body += [element("h3", effects[0]), text_table(effects[1])]
     return section("sensitivity", TITLE, *body), {**_numbers(outputs), **points}
 
 
