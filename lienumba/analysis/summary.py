@@ -15,6 +15,7 @@ from lienumba.analysis.weights import kept_of, weights_of, weights_told
 from lienumba.batch.statuses import GOOD, SUCCESS
 from lienumba.errors import ScenarioError
 from lienumba.integrators.codes import UNSTABLE
+from lienumba.store.form import SHORT_STEPS
 from lienumba.store.layout import RUN, VARIABLES
 from lienumba.store.study_layout import is_study
 from lienumba.store.windows import windows
@@ -64,11 +65,10 @@ class Summary:
     the good ones, which are `spread` runs; `events`, `changes`: when each first happened, and what changed, in these.
     The nominal run is no part of quantiles, unless it is the only one.
 
-    unknown: of which summaries runs have no number;
-    stopped: what made the sweep end before all its runs were done; stiff, chatters: what made steps short; unstable:
-    that runs start in equilibria that they leave; weights:
-    what those of the runs mean; not_unique: the joints and drivers whose reactions are not. The relative energy drift
-    of a run is its largest energy residual over its largest kinetic energy.
+    unknown: of which summaries runs have no number; stopped: what made the sweep end before all its runs were done;
+    short_steps: why a tolerance may have made steps short; unstable: that runs start in equilibria that they leave;
+    weights: what those of the runs mean; not_unique: the joints and drivers whose reactions are not. The relative
+    energy drift of a run is its largest energy residual over its largest kinetic energy.
     """
 
     title: str
@@ -87,8 +87,7 @@ class Summary:
     not_unique: str = ""
     unknown: str = ""
     stopped: str = ""
-    stiff: str = ""
-    chatters: str = ""
+    short_steps: str = ""
     unstable: str = ""
     weights: str = ""
     ended: tuple[Quantiles, ...] = ()
@@ -134,8 +133,7 @@ def summarise(ds: xr.Dataset) -> Summary:
         weights="" if weights is None else weights_told(weights[sampled]),
         unknown=_unknown(kept, good & sampled),
         stopped=str(ds.attrs.get("stopped", "")),
-        stiff=str(ds.attrs.get("stiff", "")),
-        chatters=str(ds.attrs.get("chatters", "")),
+        short_steps=" ".join(str(ds.attrs[name]) for name in SHORT_STEPS if name in ds.attrs),
         unstable=_unstable(ds),
         runs=len(status),
         good=int(good.sum()),

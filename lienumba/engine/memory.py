@@ -42,10 +42,6 @@ class Memory:
         records = records[np.argsort(positions(self.labels, records[LABEL]))]
         return arrays | {name: np.ascontiguousarray(records[name]) for name in _fields(records)}
 
-    def some(self, name: str, labels: np.ndarray) -> np.ndarray:
-        """What these runs have of a variable."""
-        return self.arrays[name][positions(self.labels, labels)]
-
 
 def _fields(records: np.ndarray) -> list[str]:
     names: Any = records.dtype.names

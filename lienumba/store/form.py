@@ -23,7 +23,8 @@ DIMENSIONS = ("run", "time", "body", "joint", "axis", "body_axis")  # of which a
 NUMBERED = (RUN[0], FULL, "change")  # dimensions whose labels are whole numbers
 # Attributes that are texts: of variables, and of the whole.
 TEXTS = ("units", "long_name", "frame", "role", "path", "not_unique", "measure")
-SAID = ("title", "history", "source", "scenario_sha256", "cpu", "stopped", "stiff", "chatters", VERDICT, VERDICTS)
+SHORT_STEPS = ("short_steps", "stiff", "chatters")  # the last two in older files
+SAID = ("title", "history", "source", "scenario_sha256", "cpu", "stopped", *SHORT_STEPS, VERDICT, VERDICTS)
 LONGEST = 10_000  # characters of a title, of what is said of a variable, of a label
 PACKED = ("scale_factor", "add_offset")  # of variables of other programs
 SECTIONS = ("model", "integrator", "output", "sweep", "files", "study", "start")

@@ -60,17 +60,6 @@ class SweepFiles:
             found[np.searchsorted(labels, source.labels[own])] = numbers[(..., *place)]
         return found
 
-    def some(self, name: str, labels: np.ndarray) -> np.ndarray:
-        """What these runs (ascending) have of a variable."""
-        found: np.ndarray | None = None
-        for source in reversed(self.of("run")):
-            own = np.isin(source.labels, labels)
-            if own.any():
-                values = source.column(name)[own]
-                found = np.empty((len(labels), *values.shape[1:]), values.dtype) if found is None else found
-                found[np.searchsorted(labels, source.labels[own])] = values
-        return np.empty(0) if found is None else found
-
     def samples(self, runs: Runs) -> Runs:
         """These runs with the samples that those had that were finished before, whoever drew them."""
         if self.finished is None:

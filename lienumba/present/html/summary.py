@@ -50,8 +50,7 @@ def summary(ds: xr.Dataset, name: str) -> Section:
             not_unique(found),
             found.unknown,
             found.stopped,
-            found.stiff,
-            found.chatters,
+            found.short_steps,
             found.unstable,
             found.weights,
         )
