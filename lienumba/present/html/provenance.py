@@ -11,7 +11,7 @@ from lienumba.analysis.labels import unit_label
 from lienumba.analysis.outcomes import counts
 from lienumba.present.html.chart import Section, section
 from lienumba.present.html.header import method, scenario_of
-from lienumba.present.html.markup import Markup, element, facts, folded, join, table
+from lienumba.present.html.markup import Markup, element, facts, folded, table
 from lienumba.scenario.base.toml import Tables
 from lienumba.store.linear_layout import is_modes
 from lienumba.store.study_layout import grid_of, is_study
@@ -125,6 +125,4 @@ def _row(numbers: Iterable[float]) -> str:
 def _scenario(ds: xr.Dataset) -> Iterator[Markup]:
     text = str(ds.attrs.get("scenario", ""))
     if text:
-        save = element("button", "Save as scenario.toml", id="save-scenario", type="button")
-        shown = element("pre", text, id="scenario-toml", tabindex="0")
-        yield folded("The whole scenario, every default written out", join([element("p", save), shown]))
+        yield folded("The whole scenario, every default written out", element("pre", text, id="scenario-toml"))

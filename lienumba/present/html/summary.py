@@ -1,4 +1,4 @@
-"""How the runs ended, and where: cards, failures with their remedies, quantiles."""
+"""How the runs ended, and where: counts, failures with their remedies, quantiles."""
 
 from __future__ import annotations
 
@@ -21,10 +21,9 @@ from lienumba.analysis.summary_rows import (
 from lienumba.present.html.chart import Section, section
 from lienumba.present.html.markup import (
     Markup,
-    breakable,
     element,
+    facts,
     folded,
-    join,
     number,
     sentence,
     table,
@@ -39,7 +38,7 @@ MOST_ROWS = 300  # of the folded table
 def summary(ds: xr.Dataset, name: str) -> Section:
     """The section; name: of the file of the dataset."""
     found, ran = summarise(ds), counts(ds)
-    parts = [element("div", *_cards(found, ran), class_="cards"), *_ends(ran, name)]
+    parts = [facts(_counts(found, ran)), *_ends(ran, name)]
     parts += _quantiles(f"At t = {found.final_time:g} s", quantile_rows(found.final, found.finished))
     rows = quantile_rows(found.ended, found.spread - found.finished)
     parts += [*_quantiles("Last states of runs that an event ended", rows), *_events(found)]
@@ -59,17 +58,13 @@ def summary(ds: xr.Dataset, name: str) -> Section:
     return section("summary", "Summary", *parts)
 
 
-def _cards(found: Summary, ran: Counts) -> Iterator[Markup]:
+def _counts(found: Summary, ran: Counts) -> Iterator[tuple[str, str]]:
     failed, nominal = ran.runs - ran.good, ran.nominal is not None and not ran.nominal.good
-    yield _card(f"{ran.good:,}", ("good run" if ran.good == 1 else "good runs") + ("" if nominal else ran.beside))
+    yield "good runs", f"{ran.good:,}" + ("" if nominal else ran.beside)
     if failed or nominal or ran.runs > 1:
-        yield _card(f"{failed:,}", "failed" + (ran.beside if nominal else ""), bad=failed > 0 or nominal)
+        yield "failed", f"{failed:,}" + (ran.beside if nominal else "")
     for name, value, unit in largest(found):
-        yield _card(f"{number(value, 2)} {unit}".strip(), f"largest {name}")
-
-
-def _card(value: str, name: str, bad: bool = False) -> Markup:
-    return element("div", element("b", value), element("span", name), class_="card bad" if bad else "card")
+        yield f"largest {name}", f"{number(value, 2)} {unit}".strip()
 
 
 def _ends(ran: Counts, name: str) -> Iterator[Markup]:
@@ -117,13 +112,12 @@ def changes(ds: xr.Dataset) -> Iterator[Markup]:
 
 
 def _table(found: QuantileRows, rows: Sequence[Quantiles]) -> Markup:
-    """On a narrow screen the first column holds all words."""
     words = ["quantity", *(["of"] if any(row.body for row in rows) else []), "axis"]
-    lines = []
-    for row in rows:
-        of = [row.body] if "of" in words else []
-        unit = unit_label(row.units)
-        also = " ".join(filter(None, [*of, row.axis, f"({unit})" if unit else ""]))
-        first = join([breakable(row.quantity), element("span", f" {also}", class_="also")])
-        lines.append([first, *of, row.axis, *map(typeset, found.numbers(row)), unit])
-    return element("div", table([*words, *found.headings, "unit"], lines, len(words)), class_="quantiles")
+    lines = [
+        [
+            row.quantity, *([row.body] if "of" in words else []), row.axis, *map(typeset, found.numbers(row)),
+            unit_label(row.units),
+        ]
+        for row in rows
+    ]  # fmt: skip
+    return table([*words, *found.headings, "unit"], lines, len(words))
