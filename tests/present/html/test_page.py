@@ -55,7 +55,7 @@ def test_nothing_is_loaded_from_anywhere():
 def test_titles_and_names_are_no_markup():
     text = page_of(swept(), 'a"><script>alert(1)</script>.nc')
     page = Read(text)
-    assert page.text.count(TITLE) == 2  # the title of the page, and its heading
+    assert page.text.count(TITLE) == 3  # the title of the page, its heading, and what info says
     assert "<b>fett" not in text
     assert [tag for tag, _ in page.tags].count("script") == 3
     assert page.ids["scenario-toml"] == swept().attrs["scenario"]
