@@ -35,9 +35,7 @@ WorkersOption = Annotated[
 def rare(
     scenario: ScenarioArgument,
     requirement: RequirementOption = None,
-    method: Annotated[
-        str, typer.Option("--method", metavar="METHOD", help="subset, importance, form or sorm.")
-    ] = "subset",
+    method: Annotated[str, typer.Option("--method", metavar="METHOD", help="subset, importance or form.")] = "subset",
     runs: Annotated[
         int | None,
         typer.Option("--runs", metavar="N", help="Of each level of subset, or of importance.", show_default=False),
