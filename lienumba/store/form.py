@@ -15,6 +15,7 @@ from lienumba.errors import ScenarioError
 from lienumba.store import linear_layout, study_layout
 from lienumba.store.layout import COORDINATES, FULL, RUN, SAID_OF, VARIABLES, VERDICT, VERDICTS
 from lienumba.store.refusals import check_dimension, check_together, damaged
+from lienumba.sweep.samplers import DEFAULT, RETIRED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,6 +68,16 @@ def scenario_tables(ds: xr.Dataset | Mapping[str, Any], where: str) -> Tables:
         return _tables(text)
     except (ValueError, RecursionError) as error:
         raise damaged(where, f"its attribute scenario cannot be read ({error})") from None
+
+
+def current(tables: Tables) -> Tables:
+    """A stored scenario as this version has it: without a rule that ended the sweep by a requirement, and with a known
+    sampler, since the dataset has the samples."""
+    sweep = tables.get("sweep", {})
+    kept = {key: x for key, x in sweep.items() if key != "stop" or "requirement" not in x}
+    if kept.get("sampler") in RETIRED:
+        kept["sampler"] = DEFAULT
+    return tables if kept == sweep else {**tables, "sweep": kept}
 
 
 @lru_cache(maxsize=4)

@@ -160,7 +160,7 @@ def _plan(
         notes = [*notes, DEPENDENT]
     if sweep.get("correlate"):
         return runs, None, [*notes, NO_SOBOL]
-    if sampler_of(sweep).screening:
+    if sampler_of(sweep).row is not None and not in_rows:
         first = sampler_of(sweep).counting(labels, len(sobol.sampled_inputs(sweep)))
         return np.flatnonzero(first), None, [*notes, FIRST_OF_ROWS]
     if in_rows:
