@@ -1,6 +1,5 @@
 """Words of messages: the nearest known name, values as TOML writes them."""
 
-import re
 from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import Any
@@ -163,14 +162,6 @@ def _joined(items: Iterable[str], depth: int) -> str:
         if length > LINE:
             break
     return ", ".join(found)
-
-
-def number(x: Any) -> str:
-    """A number as short as it can be without losing a digit; lists of them."""
-    if isinstance(x, list | tuple):
-        return f"[{', '.join(map(number, x))}]"
-    text = str(int(x)) if float(x).is_integer() and abs(x) < 1e15 else repr(float(x))
-    return re.sub(r"e([+-])0+", lambda sign: f"e{sign[1].strip('+')}", text)
 
 
 def plural(number: int, one: str, many: str) -> str:

@@ -14,14 +14,11 @@ from lienumba.analysis.sensitivities.explained import explained
 from lienumba.analysis.sensitivities.morris import design_of, effects
 from lienumba.analysis.sensitivities.ranks import rank_interval, standard_ranks, tornado
 from lienumba.analysis.sensitivities.sobol import Rows, indices
-from lienumba.analysis.sensitivities.together import second_indices
 from lienumba.engine.rare.methods import METHODS
-from lienumba.sweep import betting, weighted
+from lienumba.sweep import weighted
 from lienumba.sweep.confidence import bounds, half_width, proportion, ranks
-from lienumba.sweep.samplers.importance import IMPORTANCE, Proposal, proposed
+from lienumba.sweep.samplers.importance import Proposal, proposed
 from lienumba.sweep.samplers.morris import MORRIS
-from lienumba.sweep.sequential import bounds as sequence
-from lienumba.sweep.sequential import evidence
 from lienumba.sweep.verdicts import Wanted, judge
 
 DOCUMENT = Path(__file__).parents[1] / "docs" / "statistics.md"
@@ -85,58 +82,17 @@ def verdict(p: float, side: int) -> Trial:
 def weighed(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
     """Runs drawn from x^2 instead of x in [0, 1], with the weights that make up for it: what is met below 0.9."""
     x = rng.uniform(size=runs) ** 0.5
-    found = judge(Wanted("", 0.9, CONFIDENCE), (x < 0.9).astype(float), 0.9 - x, False, 1.0 / x)
+    found = judge(Wanted("", 0.9, CONFIDENCE), (x < 0.9).astype(float), 0.9 - x, 1.0 / x)
     return (found.at_least, 1.0), 0.9
 
 
-def weighed_at_any_run(side: int) -> Trial:
-    """A bound of weighted runs at the run where it is worst, of ten that one looks at: what exceeds 2 in one of 44
-    runs, drawn about 2, and a tenth as it is."""
-
-    def trial(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
-        found, w = proposed(
-            {"x": rng.uniform(size=runs)}, {"x": Proposal(shift=2.0)}, np.arange(runs), int(rng.integers(2**31))
-        )
-        x, truth = w * (stats.norm.ppf(found["x"]) > 2.0), stats.norm.sf(2.0)
-        looked = [x[: runs * n // 10] for n in range(1, 11)]
-        most = IMPORTANCE.most_weight
-        worst = max(looked, key=lambda some: betting.evidence(*betting.gains(some, most, truth))[side])
-        bound = betting.bounds(worst, most, CONFIDENCE)[side]
-        return (bound, 1.0) if side == 0 else (0.0, bound), truth
-
-    return trial
-
-
-def weighed_tolerance(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
-    """The margin that 90 % of all runs keep, of runs with weights that were looked at."""
-    found, w = proposed(
-        {"x": rng.uniform(size=runs)}, {"x": Proposal(scale=1.5)}, np.arange(runs), int(rng.integers(2**31))
-    )
-    y = stats.norm.ppf(found["x"])
-    margin = judge(Wanted("", 0.9, CONFIDENCE), (y > 0.0).astype(float), y, True, w, IMPORTANCE.most_weight).margin
-    return (-np.inf if margin is None else margin, np.inf), stats.norm.ppf(0.1)
-
-
-def tolerance(part: float, looked: bool) -> Trial:
+def tolerance(part: float) -> Trial:
     """The margin that so large a part of all runs keeps, of values without a mean."""
 
     def trial(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
         y = rng.standard_cauchy(runs)
-        margin = judge(Wanted("", part, CONFIDENCE), (y > 0.0).astype(float), y, looked).margin
+        margin = judge(Wanted("", part, CONFIDENCE), (y > 0.0).astype(float), y).margin
         return (-np.inf if margin is None else margin, np.inf), stats.cauchy.ppf(1.0 - part)
-
-    return trial
-
-
-def at_any_run(p: float, side: int) -> Trial:
-    """A bound of a confidence sequence at the run where it is worst, of all so far."""
-
-    def trial(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
-        n = np.arange(1, runs + 1)
-        worst = int(np.argmax(evidence(np.cumsum(rng.uniform(size=runs) < p), n, p)[side]))
-        rng = np.random.default_rng(rng.bit_generator.seed_seq)
-        bound = sequence(int((rng.uniform(size=runs) < p)[: worst + 1].sum()), worst + 1, CONFIDENCE)[side]
-        return (bound, 1.0) if side == 0 else (0.0, bound), p
 
     return trial
 
@@ -211,41 +167,6 @@ def of_failures(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
     return (found.first_order_low, found.first_order_high), (weight @ (given - p) ** 2) / weight.sum() / (p * (1 - p))
 
 
-def of_two(trial: Callable[[np.random.Generator, int], tuple[np.ndarray, np.ndarray, float]]) -> Trial:
-    """Second index of the first two inputs (runs, d) of five times so many runs."""
-
-    def both(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
-        x, y, truth = trial(rng, 5 * runs)
-        found = second_indices(list(x.T), y)
-        assert found is not None
-        return (found[1, 0, 1], found[2, 0, 1]), truth
-
-    return both
-
-
-def waves(rng: np.random.Generator, runs: int) -> tuple[np.ndarray, np.ndarray, float]:
-    x = rng.uniform(-np.pi, np.pi, (runs, 3))
-    return x[:, [0, 2]], ishigami(x), TOTAL[0] - FIRST[0]
-
-
-def apart(rng: np.random.Generator, runs: int) -> tuple[np.ndarray, np.ndarray, float]:
-    x = rng.standard_normal((runs, 2))
-    return x, x.sum(axis=1) + rng.standard_normal(runs), 0.0
-
-
-def multiplied(rng: np.random.Generator, runs: int) -> tuple[np.ndarray, np.ndarray, float]:
-    x = rng.standard_normal((runs, 2))
-    return x, x.prod(axis=1) + rng.standard_normal(runs), 0.5
-
-
-def jumping(rng: np.random.Generator, runs: int) -> tuple[np.ndarray, np.ndarray, float]:
-    x = rng.standard_normal((runs, 2))
-    z, weight = special.roots_hermitenorm(200)
-    p = stats.norm.sf(1.0 / 2**0.5)
-    alone = (weight @ (stats.norm.cdf(z - 1.0) - p) ** 2) / weight.sum() / (p * (1 - p))
-    return x, (x.sum(axis=1) > 1.0).astype(float), 1.0 - 2.0 * alone
-
-
 def of_rows(which: int, total: bool) -> Trial:
     """Of a saltelli sweep with so many rows."""
 
@@ -256,20 +177,6 @@ def of_rows(which: int, total: bool) -> Trial:
         found = indices(values, Rows(["a", "b", "c"], np.arange(5 * runs).reshape(runs, 5)))
         of = found.total if total else found.first
         return (of[1, which], of[2, which]), (TOTAL if total else FIRST)[which]
-
-    return trial
-
-
-def of_pair(first: int, second: int) -> Trial:
-    """Of a saltelli_second sweep with so many rows."""
-
-    def trial(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
-        a, b = rng.uniform(-np.pi, np.pi, (2, runs, 3))
-        mixed = [np.where(np.arange(3) == k, *each) for each in ((b, a), (a, b)) for k in range(3)]
-        values = ishigami(np.stack([a, b, *mixed], axis=1)).ravel()
-        found = indices(values, Rows(["a", "b", "c"], np.arange(8 * runs).reshape(runs, 8))).second
-        truth = TOTAL[0] - FIRST[0] if (first, second) == (0, 2) else 0.0
-        return (found[1, first, second], found[2, first, second]), truth
 
     return trial
 
@@ -329,15 +236,8 @@ CASES: dict[str, Trial] = {
     "requirement met by 0.99, at least": verdict(0.99, 0),
     "requirement met by 0.9, at most": verdict(0.9, 1),
     "requirement met by 0.9, weights": weighed,
-    "tolerance bound, 0.9": tolerance(0.9, False),
-    "tolerance bound, 0.95": tolerance(0.95, False),
-    "requirement met by 0.99, at any run": at_any_run(0.99, 0),
-    "requirement met by 0.9, at any run": at_any_run(0.9, 0),
-    "requirement not met by 0.9, at any run": at_any_run(0.9, 1),
-    "tolerance bound, 0.9, at any run": tolerance(0.9, True),
-    "requirement met, weights, at any run": weighed_at_any_run(1),
-    "requirement not met, weights, at any run": weighed_at_any_run(0),
-    "tolerance bound, 0.9, weights, at any run": weighed_tolerance,
+    "tolerance bound, 0.9": tolerance(0.9),
+    "tolerance bound, 0.95": tolerance(0.95),
     "two designs, 10 and 5 % of pairs": pairs(0.1, 0.05),
     "two designs, 2 % of pairs each": pairs(0.02, 0.02),
     "rank correlation, y = x + noise": rank(1.0),
@@ -350,15 +250,9 @@ CASES: dict[str, Trial] = {
     "first index of runs, product (0)": of_product,
     "first index of runs, square": of_square,
     "first index of runs, failures": of_failures,
-    "second index of 5 times as many runs, Ishigami": of_two(waves),
-    "second index of 5 times as many runs, sum (0)": of_two(apart),
-    "second index of 5 times as many runs, product": of_two(multiplied),
-    "second index of 5 times as many runs, failures": of_two(jumping),
     "first index of rows, Ishigami a": of_rows(0, False),
     "total index of rows, Ishigami a": of_rows(0, True),
     "total index of rows, Ishigami c": of_rows(2, True),
-    "second index of rows, Ishigami a and c": of_pair(0, 2),
-    "second index of rows, Ishigami a and b (0)": of_pair(0, 1),
     "elementary effects of rows, mu, a b + a": elementary("a", "mu", 1.5),
     "elementary effects of rows, mu*, a b + a": elementary("a", "mu_star", 1.5),
     "elementary effects of rows, sigma, a b + a": elementary("a", "sigma", (1 / 12) ** 0.5),

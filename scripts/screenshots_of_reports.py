@@ -40,6 +40,7 @@ def _at(page: Page, time: float) -> None:
     page.click("#play")
     move = "(t) => { const x = document.getElementById('time'); x.value = t; x.dispatchEvent(new Event('input')); }"
     page.evaluate(move, time)
+    page.evaluate("scrollTo(0, 0)")
     page.wait_for_timeout(2000)
 
 

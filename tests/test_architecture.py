@@ -43,7 +43,7 @@ FLOORS = [
 INSIDE = {  # the floors of rooms, lowest first
     "mechanics": [{"mechanism", "tolerances"}, {"elements"}, {"system"}, {"tree"}, {"start"}],
     "sweep": [
-        {"betting", "confidence", "normal", "sequential"}, {"weighted"}, {"copula", "verdicts"}, {"distributions"},
+        {"confidence", "normal"}, {"weighted"}, {"copula", "verdicts"}, {"distributions"},
         {"samplers", "table"}, {"design"}, {"noise"},
     ],
     "store": [
@@ -58,7 +58,8 @@ INSIDE = {  # the floors of rooms, lowest first
         {"notes"}, {"base", "markup", "mujoco_words"}, {"mjcf", "urdf"}, {"imported", "reading"}, {"mapping"},
     ],
     "engine": [
-        {"chunk_sizes", "compare_runs", "cores", "fields", "part", "progress", "requirements", "select_run"},
+        {"chunk_sizes", "compare_runs", "cores", "fields", "part", "progress", "requirements", "select_run",
+         "short_steps"},
         {"programs", "results"},
         {"reference"},
         {"kernels", "memory", "simulate", "stopping"}, {"linear"}, {"quality"},

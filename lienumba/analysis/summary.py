@@ -15,6 +15,7 @@ from lienumba.analysis.weights import kept_of, weights_of, weights_told
 from lienumba.batch.statuses import GOOD, SUCCESS
 from lienumba.errors import ScenarioError
 from lienumba.integrators.codes import UNSTABLE
+from lienumba.store.form import SHORT_STEPS
 from lienumba.store.layout import RELATIVE_DRIFT, RUN, VARIABLES
 from lienumba.store.names import SHOW
 from lienumba.store.study_layout import is_study
@@ -65,11 +66,11 @@ class Summary:
     the good ones, which are `spread` runs; `events`, `changes`: when each first happened, and what changed, in these.
     The nominal run is no part of quantiles, unless it is the only one.
 
-    unknown: of which summaries runs have no number;
-    stopped: what made the sweep end before all its runs were done; stiff, chatters: what made steps short; unstable:
-    that runs start in equilibria that they leave; warnings: good runs that are not accurate; weights: what those of
-    the runs mean; not_unique: the joints and drivers whose reactions are not. The relative energy drift of a run is its
-    largest energy residual over the energy that was exchanged, the range of its kinetic energy.
+    unknown: of which summaries runs have no number; stopped: what made the sweep end before all its runs were done;
+    short_steps: why a tolerance may have made steps short; unstable: that runs start in equilibria that they leave;
+    warnings: good runs that are not accurate; weights: what those of the runs mean; not_unique: the joints and drivers
+    whose reactions are not. The relative energy drift of a run is its largest energy residual over the energy that was
+    exchanged, the range of its kinetic energy.
     """
 
     title: str
@@ -88,8 +89,7 @@ class Summary:
     not_unique: str = ""
     unknown: str = ""
     stopped: str = ""
-    stiff: str = ""
-    chatters: str = ""
+    short_steps: str = ""
     unstable: str = ""
     warnings: tuple[str, ...] = ()
     weights: str = ""
@@ -138,8 +138,7 @@ def summarise(ds: xr.Dataset) -> Summary:
         weights="" if weights is None else weights_told(weights[sampled]),
         unknown=_unknown(kept, good & sampled),
         stopped=str(ds.attrs.get("stopped", "")),
-        stiff=str(ds.attrs.get("stiff", "")),
-        chatters=str(ds.attrs.get("chatters", "")),
+        short_steps=" ".join(str(ds.attrs[name]) for name in SHORT_STEPS if name in ds.attrs),
         unstable=_unstable(ds),
         warnings=tuple(str(ds.attrs.get("warnings", "")).splitlines()),
         runs=len(status),

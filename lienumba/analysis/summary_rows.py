@@ -18,11 +18,10 @@ SEVERAL = {"body": "bodies", "coordinate": "coordinates", "event": "events"}  # 
 @dataclass(frozen=True)
 class QuantileRows:
     """Quantiles over so many runs; first: those of the system and of few bodies, of many bodies of the last, and so of
-    coordinates and events; rest: those of the others, which are so many of each kind, in words."""
+    coordinates and events; others: how many there are of each kind, in words."""
 
     runs: int
     first: Sequence[Quantiles]
-    rest: Sequence[Quantiles]
     others: Mapping[str, int]
 
     @property
@@ -42,8 +41,8 @@ def quantile_rows(rows: Sequence[Quantiles], runs: int) -> QuantileRows:
     for kind, label in dict.fromkeys((row.kind, row.body) for row in rows if row.body):
         labels.setdefault(kind, []).append(label)
     hidden = {kind: own[:-1] for kind, own in labels.items() if len(own) > MOST}
-    first, rest = ([row for row in rows if (row.body in hidden.get(row.kind, ())) is late] for late in (False, True))
-    return QuantileRows(runs, first, rest, {SEVERAL.get(kind, "labels"): len(own) for kind, own in hidden.items()})
+    first = [row for row in rows if row.body not in hidden.get(row.kind, ())]
+    return QuantileRows(runs, first, {SEVERAL.get(kind, "labels"): len(own) for kind, own in hidden.items()})
 
 
 def happened_headings(summary: Summary) -> list[str]:
@@ -95,8 +94,7 @@ def remarks(summary: Summary) -> list[str]:
         reactions if summary.not_unique else "",
         summary.unknown,
         summary.stopped,
-        summary.stiff,
-        summary.chatters,
+        summary.short_steps,
         summary.unstable,
         summary.weights,
     )

@@ -21,11 +21,10 @@ from lienumba.analysis.text_table import NUMBER, UNIT, WORD, TextTable
 from lienumba.words import listed, plural
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from lienumba.analysis.summary import Summary
 
 WIDTH = 110
+Titled = tuple[str, TextTable]  # a table below its title
 
 
 def text(summary: Summary) -> str:
@@ -35,11 +34,11 @@ def text(summary: Summary) -> str:
     stream = io.StringIO()
     output = Console(file=stream, width=WIDTH, highlight=False, soft_wrap=True, color_system=None)
     for part in parts(summary):
-        output.print(part, markup=False)
+        output.print(part if isinstance(part, str) else part[1].on_terminal(part[0]), markup=False)
     return stream.getvalue().rstrip()
 
 
-def parts(summary: Summary, file: str = "") -> Iterator[str | Table]:
+def parts(summary: Summary, file: str = "") -> Iterator[str | Titled]:
     """Sentences and tables; file: where the dataset is, if runs of it can be replayed."""
     failed = summary.runs - summary.good
     title = f"{summary.title}: " if summary.title else ""
@@ -50,6 +49,13 @@ def parts(summary: Summary, file: str = "") -> Iterator[str | Table]:
     first = next((label for x in summary.outcomes if not x.good for label in x.labels), None)
     if first is not None and file:
         yield f"  look at one: lienumba replay {file} --run {first}"
+    yield from tables(summary)
+    errors = ", ".join(f"{name} {value:.1e} {unit}".rstrip() for name, value, unit in largest(summary))
+    yield from filter(None, [f"largest {errors}" if errors else "", *remarks(summary)])
+
+
+def tables(summary: Summary) -> Iterator[str | Titled]:
+    """Quantiles, events and changes, each with its title."""
     if summary.final:
         early = summary.finished < summary.spread
         which = f", over {plural(summary.finished, 'run that', 'runs that')} reached it" if early else ""
@@ -60,27 +66,25 @@ def parts(summary: Summary, file: str = "") -> Iterator[str | Table]:
     if summary.events:
         yield _events(summary)
     if summary.changes:
-        yield change_table(summary).on_terminal(summary.changes_told)
+        yield summary.changes_told, change_table(summary)
     elif summary.changes_told:
         yield summary.changes_told
     if summary.kept:
         yield _quantiles("of each run", quantile_rows(summary.kept, summary.spread))
-    errors = ", ".join(f"{name} {value:.1e} {unit}".rstrip() for name, value, unit in largest(summary))
-    yield from filter(None, [f"largest {errors}" if errors else "", *remarks(summary)])
 
 
-def _events(summary: Summary) -> Table:
+def _events(summary: Summary) -> Titled:
     """When events first happened; of one run there is one time."""
     headings = happened_headings(summary)
     rows = [[x.name, f"{x.runs:,}", *happened_times(summary, x), "s"] for x in summary.events]
     kinds = [WORD, *repeat(NUMBER, len(headings) - 2), UNIT]
-    return TextTable(headings, kinds, rows).on_terminal("events, the first of each run")
+    return "events, the first of each run", TextTable(headings, kinds, rows)
 
 
-def _quantiles(what: str, found: QuantileRows) -> Table:
+def _quantiles(what: str, found: QuantileRows) -> Titled:
     several = [f"of {number + 1} {kind}" for kind, number in found.others.items()]
     which = f", the last {listed(several)}" if several else ""
     rows = [[row.quantity, row.body, row.axis, *found.numbers(row), unit_label(row.units)] for row in found.first]
     headings = ["quantity", "of", "axis", *found.headings, "unit"]
     kinds = [*repeat(WORD, 3), *repeat(NUMBER, len(found.headings)), UNIT]
-    return TextTable(headings, kinds, rows).on_terminal(what + which)
+    return what + which, TextTable(headings, kinds, rows)

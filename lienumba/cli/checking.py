@@ -124,7 +124,7 @@ def info(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A dataset (.nc) or a scenario (.toml).")],
     cite: Annotated[
         bool,
-        typer.Option("--cite", help="Print a paragraph for a section on methods, and BibTeX, instead."),
+        typer.Option("--cite", help="Print BibTeX entries of what to cite instead."),
     ] = False,
     verbose: Annotated[
         bool, typer.Option("--verbose", help="Of a scenario: also the operations of its kernels.")

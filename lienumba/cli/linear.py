@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from lienumba.cli.options import OverwriteOption, QuietOption, RunsOption, SetOption
+from lienumba.cli.options import FoundOption, OverwriteOption, QuietOption, RunsOption, SetOption, say_files, written
 from lienumba.present.terminal import console
 
 SourceArgument = Annotated[
@@ -33,10 +33,7 @@ def modes(
     at: Annotated[
         str, typer.Option("--at", metavar="TIMES", help='Times in s, such as 0,1.5,end ("end": of the runs).')
     ] = "0",
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="A dataset (.nc) to write.", show_default=False),
-    ] = None,
+    output: FoundOption = None,
     plot: Annotated[
         Path | None,
         typer.Option("--plot", metavar="FIGURE", help="A PNG, SVG or PDF file of them, replaced.", show_default=False),
@@ -50,24 +47,13 @@ def modes(
 ) -> None:
     """Find the vibration modes of every run: frequencies, damping, shapes; which are unstable."""
     with console.exit_codes():
-        from contextlib import ExitStack
-
         from lienumba.analysis.mode_rows import mode_rows
         from lienumba.engine.linear.modes import modes as found_modes
         from lienumba.scenario.base.arguments import parse_assignments
-        from lienumba.store.outputs import write
-        from lienumba.store.targets import claimed_dataset
 
-        with ExitStack() as stack:
-            own = None
-            if output is not None:
-                own = stack.enter_context(claimed_dataset(output, overwrite, resumable=False))
-            found = found_modes(
-                source, at=at.split(","), rotation=_three(rotation), runs=_labels(runs),
-                overrides=parse_assignments(settings or []), allow_code=allow_code,
-            )  # fmt: skip
-            if own is not None:
-                write(found, own)
+        given = {"rotation": _three(rotation), "runs": _labels(runs), "allow_code": allow_code}
+        changes = parse_assignments(settings or [])
+        found = written(lambda: found_modes(source, at=at.split(","), overrides=changes, **given), output, overwrite)
         if plot is not None:
             from lienumba.figures.modes import save
 
@@ -79,16 +65,12 @@ def modes(
                     wide.print(rows.table.on_terminal(rows.headline))
                     for note in rows.notes:
                         wide.print(note, markup=False)
-                for file in filter(None, (output, plot)):
-                    console.say(f"written to {file}")
+                say_files(output, plot)
 
 
 def equilibrium(
     source: SourceArgument,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="A dataset (.nc) to write.", show_default=False),
-    ] = None,
+    output: FoundOption = None,
     rotation: TurningOption = None,
     settings: SetOption = None,
     runs: RunsOption = None,
@@ -98,31 +80,19 @@ def equilibrium(
 ) -> None:
     """Find where every run rests, or turns uniformly, and whether that is stable."""
     with console.exit_codes():
-        from contextlib import ExitStack
-
         from lienumba.analysis.mode_rows import equilibrium_rows
         from lienumba.engine.linear.equilibrium import equilibrium as found_equilibrium
         from lienumba.integrators.codes import NONE_FOUND
         from lienumba.scenario.base.arguments import parse_assignments
-        from lienumba.store.outputs import write
-        from lienumba.store.targets import claimed_dataset
 
-        with ExitStack() as stack:
-            own = None
-            if output is not None:
-                own = stack.enter_context(claimed_dataset(output, overwrite, resumable=False))
-            found = found_equilibrium(
-                source, rotation=None if rotation is None else _three(rotation), runs=_labels(runs),
-                overrides=parse_assignments(settings or []), allow_code=allow_code,
-            )  # fmt: skip
-            if own is not None:
-                write(found, own)
+        given: dict[str, Any] = {"rotation": None if rotation is None else _three(rotation), "allow_code": allow_code}
+        given |= {"runs": _labels(runs), "overrides": parse_assignments(settings or [])}
+        found = written(lambda: found_equilibrium(source, **given), output, overwrite)
         if not quiet:
             with console.unheard():
                 rows = equilibrium_rows(found)
                 console.wide_output(140).print(rows.table.on_terminal(rows.headline))
-                if output is not None:
-                    console.say(f"written to {output}")
+                say_files(output)
         if bool((found["status"] == NONE_FOUND).any()):
             raise typer.Exit(console.SOME_FAILED)
 

@@ -1,9 +1,16 @@
-"""Arguments and options that commands share."""
+"""Arguments and options that commands share, and the way to a dataset that is found."""
 
+from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from lienumba.present.terminal import console
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 ScenarioArgument = Annotated[
     Path, typer.Argument(metavar="SCENARIO", help="The scenario, a TOML file.", show_default=False)
@@ -53,3 +60,28 @@ TableOption = Annotated[
     Path | None,
     typer.Option("-o", "--output", metavar="TABLE", help="A CSV or netCDF file to write.", show_default=False),
 ]
+FoundOption = Annotated[
+    Path | None,
+    typer.Option("-o", "--output", metavar="FILE", help="A dataset (.nc) to write.", show_default=False),
+]
+
+
+def written(find: "Callable[[], xr.Dataset]", output: Path | None, overwrite: bool) -> "xr.Dataset":
+    """Find a dataset and write it to a file, which is claimed before."""
+    from lienumba.store.outputs import write
+    from lienumba.store.targets import claimed_dataset
+
+    with ExitStack() as stack:
+        own = None
+        if output is not None:
+            own = stack.enter_context(claimed_dataset(output, overwrite, resumable=False))
+        found = find()
+        if own is not None:
+            write(found, own)
+    return found
+
+
+def say_files(*files: Path | None) -> None:
+    """Name the files that were written."""
+    for file in filter(None, files):
+        console.say(f"written to {file}")

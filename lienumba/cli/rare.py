@@ -7,11 +7,14 @@ import typer
 
 from lienumba.cli.options import (
     AllowScenarioCodeOption,
+    FoundOption,
     OverwriteOption,
     QuietOption,
     ScenarioArgument,
     SeedOption,
     SetOption,
+    say_files,
+    written,
 )
 from lienumba.present.terminal import console
 
@@ -24,10 +27,6 @@ RequirementOption = Annotated[
     str | None,
     typer.Option("--requirement", metavar="NAME", help="Which one, where there are several.", show_default=False),
 ]
-FileOption = Annotated[
-    Path | None,
-    typer.Option("-o", "--output", metavar="FILE", help="A dataset (.nc) to write.", show_default=False),
-]
 WorkersOption = Annotated[
     int | None, typer.Option("-j", "--workers", metavar="N", min=1, help="Threads (default: one per core).")
 ]
@@ -36,15 +35,13 @@ WorkersOption = Annotated[
 def rare(
     scenario: ScenarioArgument,
     requirement: RequirementOption = None,
-    method: Annotated[
-        str, typer.Option("--method", metavar="METHOD", help="subset, importance, form or sorm.")
-    ] = "subset",
+    method: Annotated[str, typer.Option("--method", metavar="METHOD", help="subset, importance or form.")] = "subset",
     runs: Annotated[
         int | None,
         typer.Option("--runs", metavar="N", help="Of each level of subset, or of importance.", show_default=False),
     ] = None,
     confidence: Annotated[float, typer.Option("--confidence", metavar="C", help="Of the interval.")] = 0.95,
-    output: FileOption = None,
+    output: FoundOption = None,
     workers: WorkersOption = None,
     seed: SeedOption = None,
     settings: SetOption = None,
@@ -70,7 +67,7 @@ def worst(
         typer.Option("--within", metavar="PART", help="The part of each input's samples between its bounds."),
     ] = 0.9973,
     runs: Annotated[int, typer.Option("--runs", metavar="N", help="About how many may be simulated.")] = 2000,
-    output: FileOption = None,
+    output: FoundOption = None,
     workers: WorkersOption = None,
     seed: SeedOption = None,
     settings: SetOption = None,
@@ -99,28 +96,21 @@ def _found(
     show: "Callable[[xr.Dataset], None]",
 ) -> None:
     """What a command has in common with the other: search, write, tell."""
-    from contextlib import ExitStack
-
     from lienumba.scenario.base.arguments import parse_assignments
     from lienumba.scenario.resolve import resolve
-    from lienumba.store.outputs import write
-    from lienumba.store.targets import claimed_dataset
 
     allow_code = given.pop("allow_code")
     changes, seed = parse_assignments(settings or []), given.pop("seed")
     resolved = resolve(scenario, overrides=changes, seed=seed, allow_code=allow_code, counted=False)
     if not quiet:
         console.print_warnings(resolved.warnings)
-    with ExitStack() as stack:
-        own = None
-        if output is not None:
-            own = stack.enter_context(claimed_dataset(output, overwrite, resumable=False))
-        tell = stack.enter_context(console.progress(quiet))
-        found = search(resolved, **given, progress=tell)
-        if own is not None:
-            write(found, own)
+
+    def find() -> "xr.Dataset":
+        with console.progress(quiet) as tell:
+            return search(resolved, **given, progress=tell)
+
+    found = written(find, output, overwrite)
     if not quiet:
         with console.unheard():
             show(found)
-            if output is not None:
-                console.say(f"written to {output}")
+            say_files(output)

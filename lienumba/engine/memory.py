@@ -43,7 +43,7 @@ class Memory:
         return arrays | {name: np.ascontiguousarray(records[name]) for name in _fields(records)}
 
     def some(self, name: str, labels: np.ndarray) -> np.ndarray:
-        """What these runs have of a variable."""
+        """The values of a variable of these runs."""
         return self.arrays[name][positions(self.labels, labels)]
 
 

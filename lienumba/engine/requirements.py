@@ -96,15 +96,15 @@ def verdicts(
     """The verdicts on runs with these labels, the nominal one apart; column: what each has of a variable, at a
     place."""
     sweep = resolved.data.sweep
-    sampler, looked = SAMPLERS[sweep.sampler], sweep.stop is not None
+    sampler = SAMPLERS[sweep.sampler]
     inputs = sum(kind.dimensions > 0 for kind in sweep.vary.values())
     drawn = sampler.counting(labels, inputs)
-    weights, most = column(WEIGHT, ())[drawn] if resolved.weighted else None, sampler.most_weight
+    weights = column(WEIGHT, ())[drawn] if resolved.weighted else None
     for n, requirement in enumerate(resolved.data.model.requirements):
         met = column(MET, (n,))[drawn].astype(float)
         wanted = Wanted(requirement.name, requirement.probability, requirement.confidence)
         met = np.where(met < 0.0, np.nan, met)
-        yield judge(wanted, met, column(MARGIN, (n,))[drawn], looked, weights, most)
+        yield judge(wanted, met, column(MARGIN, (n,))[drawn], weights)
 
 
 def attributes(

@@ -176,9 +176,8 @@ def in_memory(
     resolved: Scenario, runs: "Runs", compute: "Compute", tell: "Tell", results: "Results | None" = None
 ) -> "xr.Dataset":
     """The dataset of these runs; results: what is kept of them, if it is known."""
-    from lienumba.engine.linear import short_steps
     from lienumba.engine.memory import Memory
-    from lienumba.engine.quality import result_warnings
+    from lienumba.engine.quality import result_warnings, short_steps
     from lienumba.engine.requirements import attributes
     from lienumba.engine.results import Results
     from lienumba.engine.simulate import simulate
@@ -200,7 +199,7 @@ def in_memory(
         return found
 
     said = enough.attributes() | attributes(resolved, runs.labels, column)
-    said |= short_steps.attributes(resolved, runs, memory.some)
+    said |= short_steps.attributes(resolved, runs.labels, column)
     said |= result_warnings.attributes(resolved, runs, memory.some)
     return results.dataset(columns, runs.labels, runs.samples, len(runs.labels), **said)
 
@@ -219,8 +218,7 @@ def on_disk(
     from lienumba.engine.disk.background_writer import background_writer
     from lienumba.engine.disk.resume import manifest
     from lienumba.engine.disk.sweep_files import Arrived, sweep_files
-    from lienumba.engine.linear import short_steps
-    from lienumba.engine.quality import result_warnings
+    from lienumba.engine.quality import result_warnings, short_steps
     from lienumba.engine.requirements import attributes
     from lienumba.engine.results import Results
     from lienumba.engine.simulate import Progress, simulate
@@ -262,13 +260,17 @@ def on_disk(
             runs = runs.part(enough.kept(runs.labels) | np.isin(runs.labels, there.older))
             total, failed = len(runs.labels), there.failed()
             of_these = np.isin(there.labels, runs.labels)
-            said = attributes(resolved, runs.labels, lambda name, place: there.column(name, place)[of_these])
+
+            def column(name: str, place: tuple[int, ...]) -> np.ndarray:
+                return there.column(name, place)[of_these]
+
+            said = attributes(resolved, runs.labels, column)
             said |= result_warnings.attributes(resolved, runs, there.some)
             dataset.finish(  # what cannot be written now can be from the shards
                 results.labels(runs.labels),
                 there.sources(results.tables),
                 runs.samples,
-                enough.attributes() | said | short_steps.attributes(resolved, runs, there.some),
+                enough.attributes() | said | short_steps.attributes(resolved, runs.labels, column),
                 lambda done: tell(Progress("write", done, total, failed)),
             )
         shards.remove()

@@ -17,16 +17,14 @@ from lienumba.store.shards import LABEL
 from lienumba.sweep import weighted
 from lienumba.sweep.confidence import half_width, ranks
 from lienumba.sweep.samplers import SAMPLERS
-from lienumba.sweep.verdicts import Wanted, looks
 from lienumba.sweep.weighted import Interval
 
 
 class Stopping:
     """Takes the runs of a sweep as they finish, of which there may be so many; `end`: how many of them are enough, None
-    as long as that is not known; interval: of these; verdict: on the requirement that is wanted, if the rule is about
-    one. Without a rule there are never enough. at: of which variable, and where in it, the number is that the rule is
-    about; most_weight: what the weights of runs never exceed, if they have some; independent: which runs count (runs,),
-    all by default."""
+    as long as that is not known; interval: of these. Without a rule there are never enough. at: of which variable, and
+    where in it, the number is that the rule is about; weighted: whether runs have weights; independent: which runs
+    count (runs,), all by default."""
 
     def __init__(
         self,
@@ -34,18 +32,16 @@ class Stopping:
         runs: int,
         nominal: bool,
         at: tuple[str, tuple[int, ...]] | None = None,
-        wanted: Wanted | None = None,
-        most_weight: float | None = None,
+        weighted: bool = False,
         independent: np.ndarray | None = None,
     ) -> None:
-        self.rule, self.wanted, self.most_weight = rule, wanted, most_weight
-        self.variable, self.place = at or ("" if rule is None else str(rule.variable), ())
+        self.rule = rule
+        self.variable, self.place = at or ("" if rule is None else rule.variable, ())
         self._waiting = nominal  # for the nominal run, which is not counted
         self.end: int | None = None
         self.interval: Interval | None = None
-        self.verdict: str | None = None
         self._values = np.full(runs if rule else 0, np.nan)
-        self._weights = None if most_weight is None else self._values.copy()
+        self._weights = self._values.copy() if weighted else None
         self._known = np.zeros(len(self._values), bool)
         self._independent = ~self._known if independent is None else independent
         self._checked = 0
@@ -101,10 +97,6 @@ class Stopping:
     def _enough(self, values: np.ndarray, weights: np.ndarray | None) -> bool:
         """Whether these runs are enough."""
         assert self.rule is not None
-        if self.wanted is not None:
-            self.verdict = looks(self.wanted, values, weights, self.most_weight)
-            return self.verdict is not None
-        assert self.rule.width is not None
         counting = np.where(values < 0.0, np.nan, values) if self.variable == MET else values
         self.interval = interval(counting, self.rule, weights)
         return self.interval.width <= self.rule.width
@@ -112,8 +104,6 @@ class Stopping:
     def sentence(self) -> str:
         """What made it end."""
         assert self.rule is not None
-        if self.wanted is not None:
-            return f'enough after {self.end:,} runs: they show that "{self.wanted.name}" is {self.verdict}'
         assert self.interval is not None
         rule, found = self.rule, self.interval
         what = "mean" if rule.statistic == "mean" else f"{100 * (rule.probability or 0):g} % quantile"
@@ -126,24 +116,17 @@ class Stopping:
 def stopping_of(resolved: Scenario, results: Results) -> Stopping:
     """The rule of a scenario; a ScenarioError if it is about nothing of which each run has one number."""
     data = resolved.data
-    sampler = SAMPLERS[data.sweep.sampler]
-    rule, most = data.sweep.stop, sampler.most_weight
+    rule = data.sweep.stop
     if rule is None:
         return Stopping(rule, data.sweep.runs, data.sweep.nominal)
     drawn = sum(kind.dimensions > 0 for kind in data.sweep.vary.values())
-    independent = sampler.counting(np.arange(data.sweep.runs), drawn)
-    if rule.requirement is not None:
-        asked = data.model.requirements
-        n = next(n for n, x in enumerate(asked) if x.name == rule.requirement)
-        wanted = Wanted(asked[n].name, asked[n].probability, asked[n].confidence)
-        return Stopping(rule, data.sweep.runs, data.sweep.nominal, (MET, (n,)), wanted, most, independent)
-    assert rule.variable is not None
+    independent = SAMPLERS[data.sweep.sampler].counting(np.arange(data.sweep.runs), drawn)
     try:
         found = find_one(rule.variable, results.names)
     except BadValueError as error:
         raise ScenarioError(error.at("sweep.stop.variable", rule.variable)) from None
     place = found.variable, found.place
-    return Stopping(rule, data.sweep.runs, data.sweep.nominal, place, None, most, independent)
+    return Stopping(rule, data.sweep.runs, data.sweep.nominal, place, resolved.weighted, independent)
 
 
 def interval(values: np.ndarray, rule: Stop, weights: np.ndarray | None = None) -> Interval:

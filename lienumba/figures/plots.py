@@ -61,7 +61,7 @@ def figure(
     requirement : str, optional
         The name of a requirement: the inputs that set apart the runs that fail it are drawn.
     sensitivity : bool
-        Whether to draw what outputs depend on: Sobol' indices of inputs and of pairs, or Morris' elementary effects.
+        Whether to draw what outputs depend on: Sobol' indices of inputs, or Morris' elementary effects.
     dark : bool
         Whether it is for a dark page.
 

@@ -1,5 +1,5 @@
-"""The figure of what outputs depend on: of each output its Sobol' indices, those of pairs of inputs, and Morris'
-elementary effects, as far as the runs say them."""
+"""The figure of what outputs depend on: of each output its Sobol' indices, or Morris' elementary effects, as far
+as the runs say them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST, MOST_PAIRS = 12, 8  # inputs, and pairs of them
+MOST = 12  # inputs
 WIDTH, HEIGHT = 6.4, 3.8  # of a panel, inches
 MARKERS = "os^"
 RATIOS = {1.0: "-", 0.5: "--", 0.1: ":"}  # of sigma to mu*
@@ -61,8 +61,6 @@ def _panels(output: OutputRows) -> Iterator[Callable[[Axes], None]]:
         yield partial(_effects, output=output)
     else:
         yield partial(_bars, output=output, names=[FIRST, TOTAL] if TOTAL in known else known[:1])
-    if output.pairs:
-        yield partial(_pairs, output=output)
 
 
 def _first(output: OutputRows, name: str) -> list[InputRow]:
@@ -89,15 +87,6 @@ def _bars(ax: Axes, output: OutputRows, names: Sequence[str]) -> None:
     _lines(ax, [row.name for row in rows], TITLES[RANK] if names == [RANK] else PART)
     if len(names) > 1:
         ax.legend(frameon=False, fontsize="small", loc="lower right")
-
-
-def _pairs(ax: Axes, output: OutputRows) -> None:
-    """A bar for each pair of inputs."""
-    pairs = sorted(output.pairs, key=lambda pair: -pair[2])[:MOST_PAIRS]
-    halves = [pair[3] for pair in pairs]
-    ax.barh(range(len(pairs)), [pair[2] for pair in pairs], 0.8, xerr=halves, ecolor="0.35", capsize=2, color=COLORS[2])
-    _lines(ax, [f"{one}\n{other}" for one, other, *_ in pairs], PART)
-    ax.set_title("of pairs, beyond each alone", loc="left", fontsize="medium")
 
 
 def _lines(ax: Axes, names: Sequence[str], title: str) -> None:

@@ -25,8 +25,8 @@ def describe(file: Path, allow_code: bool = False, verbose: bool = False) -> str
 
 
 def cite(file: Path, allow_code: bool = False) -> str:
-    """A paragraph on methods for a dataset or a scenario, and BibTeX."""
-    from lienumba.present.citation.cite import cite_dataset, cite_scenario
+    """Return BibTeX entries for a dataset or a scenario."""
+    from lienumba.present.cite import cite_dataset, cite_scenario
 
     return _either(file, cite_dataset, cite_scenario, allow_code)
 

@@ -41,7 +41,7 @@ from lienumba.scenario.schema import messages
 from lienumba.scenario.schema.scenario import ScenarioData, Tolerance
 from lienumba.scenario.schema.skeleton import broken
 from lienumba.scenario.study_points import Plan, plan_of
-from lienumba.store.form import scenario_tables
+from lienumba.store.form import current, scenario_tables
 from lienumba.store.refusals import damaged
 from lienumba.sweep.design import NOMINAL_RUN
 from lienumba.sweep.samplers import SAMPLERS
@@ -275,7 +275,7 @@ def resolve(
 def written_tables(ds: "xr.Dataset", where: str) -> Keys:
     """The scenario that a dataset brings, as tables with every default; none if it brings none, and no code of it runs.
     where: what the dataset is called."""
-    found = scenario_tables(ds, where)
+    found = current(scenario_tables(ds, where))
     if not found:
         return {}
     try:

@@ -15,6 +15,7 @@ from lienumba.errors import ScenarioError
 from lienumba.store import linear_layout, study_layout
 from lienumba.store.layout import COORDINATES, FULL, RUN, SAID_OF, VARIABLES, VERDICT, VERDICTS
 from lienumba.store.refusals import check_dimension, check_together, damaged
+from lienumba.sweep.samplers import DEFAULT, RETIRED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,19 +24,8 @@ DIMENSIONS = ("run", "time", "body", "joint", "axis", "body_axis")  # of which a
 NUMBERED = (RUN[0], FULL, "change")  # dimensions whose labels are whole numbers
 # Attributes that are texts: of variables, and of the whole.
 TEXTS = ("units", "long_name", "frame", "role", "path", "not_unique", "measure")
-SAID = (
-    "title",
-    "history",
-    "source",
-    "scenario_sha256",
-    "cpu",
-    "stopped",
-    "stiff",
-    "chatters",
-    "warnings",
-    VERDICT,
-    VERDICTS,
-)
+SHORT_STEPS = ("short_steps", "stiff", "chatters")  # the last two in older files
+SAID = ("title", "history", "source", "scenario_sha256", "cpu", "stopped", *SHORT_STEPS, "warnings", VERDICT, VERDICTS)
 LONGEST = 10_000  # characters of a title, of what is said of a variable, of a label
 PACKED = ("scale_factor", "add_offset")  # of variables of other programs
 SECTIONS = ("model", "integrator", "output", "sweep", "files", "study", "start")
@@ -78,6 +68,16 @@ def scenario_tables(ds: xr.Dataset | Mapping[str, Any], where: str) -> Tables:
         return _tables(text)
     except (ValueError, RecursionError) as error:
         raise damaged(where, f"its attribute scenario cannot be read ({error})") from None
+
+
+def current(tables: Tables) -> Tables:
+    """A stored scenario as this version has it: without a rule that ended the sweep by a requirement, and with a known
+    sampler, since the dataset has the samples."""
+    sweep = tables.get("sweep", {})
+    kept = {key: x for key, x in sweep.items() if key != "stop" or "requirement" not in x}
+    if kept.get("sampler") in RETIRED:
+        kept["sampler"] = DEFAULT
+    return tables if kept == sweep else {**tables, "sweep": kept}
 
 
 @lru_cache(maxsize=4)

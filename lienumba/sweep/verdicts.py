@@ -1,9 +1,8 @@
 """Whether runs show that a requirement is met: as large a part of all runs as is wanted, with the confidence wanted.
 
 A verdict asks one bound at a time: the part that meets it is at least so large (met), or at most (not met), each with
-the confidence. Where runs were asked on the way whether they are enough, bounds are those of `sequential`, else those
-of Clopper and Pearson. With weights of runs (n,) they are those of as many runs as tell as much
-(`weighted.runs_that_tell`); where runs were asked on the way and no weight can exceed a known one, those of `betting`.
+the confidence. Bounds are those of Clopper and Pearson. With weights of runs (n,) they are those of the effective
+number of runs (`weighted.runs_that_tell`).
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.sweep import betting, confidence, sequential, weighted
+from lienumba.sweep import confidence, weighted
 from lienumba.words import plural
 
 MET, NOT_MET, OPEN = "met", "not met", "not enough runs"
@@ -35,10 +34,10 @@ class Wanted:
 class Verdict:
     """Of a requirement. verdict: "met", "not met" or "not enough runs"; runs: that count, of which so many passed;
     part: of these, by their weights; at_least, at_most: bounds of the probability to meet it, each with the confidence;
-    sequential: whether they hold at whatever run one looks; more_runs: about how many more would decide it if the part
-    stays as it is, 0 if it is decided, None if none would; fewest_more: how many more there must be at least before it
-    can be met; margin: the tolerance bound, which so large a part of all runs as is wanted keeps with the confidence,
-    None of too few runs; effective: runs without weights that tell as much of a mean, None if they have none."""
+    more_runs: about how many more would decide it if the part stays as it is, 0 if it is decided, None if none would;
+    fewest_more: how many more there must be at least before it can be met; margin: the tolerance bound, which so large
+    a part of all runs as is wanted keeps with the confidence, None of too few runs; effective: the effective number of
+    runs of a mean, None if they have no weights."""
 
     requirement: str
     verdict: str
@@ -49,7 +48,6 @@ class Verdict:
     part: float
     at_least: float
     at_most: float
-    sequential: bool
     more_runs: int | None
     fewest_more: int | None
     margin: float | None
@@ -93,22 +91,13 @@ class Verdict:
         return f"{about}; {least}" if least else about
 
 
-def judge(
-    wanted: Wanted,
-    met: np.ndarray,
-    margin: np.ndarray,
-    looked: bool,
-    weights: np.ndarray | None = None,
-    most: float | None = None,
-) -> Verdict:
-    """The verdict on runs of which each meets it (1), does not (0), or does not count (NaN), with its margin (n,);
-    looked: whether they were asked on the way if they are enough; most: what weights, whose mean is 1, never exceed."""
-    if looked and weights is not None and most is not None:
-        return _bet(wanted, met, margin, weights, most)
+def judge(wanted: Wanted, met: np.ndarray, margin: np.ndarray, weights: np.ndarray | None = None) -> Verdict:
+    """Return the verdict on runs of which each meets it (1), does not (0), or does not count (NaN), with its margin
+    (n,)."""
     counts = np.isfinite(met)
     met, margin = met[counts], np.where(np.isnan(margin[counts]), -np.inf, margin[counts])
     own = None if weights is None else weights[counts]
-    n, rule = len(met), _Rule(wanted, looked)
+    n, rule = len(met), _Rule(wanted)
     passed, tells = _counted(met, own)
     low, high = rule.bounds(passed, tells)
     verdict = rule.shown(passed, tells) or OPEN
@@ -117,8 +106,8 @@ def judge(
     more, fewest = (x if x is None or own is None else int(np.ceil(x * each)) for x in (more, fewest))
     return Verdict(
         wanted.name, verdict, n, int(np.count_nonzero(met)), wanted.probability, wanted.confidence,
-        passed / tells if tells else float("nan"), low, high, looked, more, fewest,
-        _tolerance(margin, rule)
+        passed / tells if tells else float("nan"), low, high, more, fewest,
+        _tolerance(margin, wanted)
         if own is None
         else _kept(margin, met, lambda kept: rule.shown(*_counted(kept.astype(float), own)) == MET),
         None if own is None or not own.any() else weighted.effective(own),
@@ -135,36 +124,6 @@ def _counted(true: np.ndarray, weights: np.ndarray | None) -> tuple[float, float
     return weighted.share(true, weights) * tells, tells
 
 
-def _bet(wanted: Wanted, met: np.ndarray, margin: np.ndarray, weights: np.ndarray, most: float) -> Verdict:
-    """The verdict on runs with weights that were asked on the way, all of which count."""
-    margin = np.where(np.isnan(margin), -np.inf, margin)
-    x, n, fail, sure = weights * (met == 0.0), len(met), 1.0 - wanted.probability, wanted.confidence
-    above, below = betting.gains(x, most, fail)
-    none = betting.gains(np.zeros(1), most, fail)
-    verdict, more, fewest = _decided(above, below, sure), None, None
-    if verdict is None and n:
-        more = _smallest(n, lambda runs: _decided(above * (runs / n), below * (runs / n), sure) is not None)
-    if verdict is None:
-        fewest = _smallest(
-            n, lambda runs: _decided(above + (runs - n) * none[0], below + (runs - n) * none[1], sure) == MET
-        )
-    least, largest = betting.bounds(x, most, sure)
-    return Verdict(
-        wanted.name, verdict or OPEN, n, int(np.count_nonzero(met)), wanted.probability, sure,
-        float(np.average(met, weights=weights)) if n else float("nan"), 1.0 - largest, 1.0 - least, True,
-        0 if verdict else more, 0 if verdict else fewest,
-        _kept(margin, met, lambda kept: _decided(*betting.gains(weights * ~kept, most, fail), sure) == MET),
-        weighted.effective(weights) if n else None,
-    )  # fmt: skip
-
-
-def _decided(above: np.ndarray, below: np.ndarray, sure: float) -> str | None:
-    """What bets on the part that does not meet it, with these gains, have shown."""
-    more, less = betting.evidence(above, below)
-    enough = -np.log1p(-sure)
-    return MET if less >= enough else NOT_MET if more >= enough else None
-
-
 def _kept(margin: np.ndarray, met: np.ndarray, shown: Callable[[np.ndarray], bool]) -> float | None:
     """The largest margin of which it is shown that so large a part of all runs keeps it, as the verdict is: that of the
     runs (n,) that meet it is asked of first, so that it is good where they show enough, and only there."""
@@ -178,36 +137,18 @@ def _kept(margin: np.ndarray, met: np.ndarray, shown: Callable[[np.ndarray], boo
     return float(every[low]) if low >= 0 and np.isfinite(every[low]) else None
 
 
-def looks(wanted: Wanted, met: np.ndarray, weights: np.ndarray | None = None, most: float | None = None) -> str | None:
-    """What runs (n,) that are asked on the way show: MET or NOT_MET, None as long as they do not; below 0: no run that
-    counts; weights (n,), if they have some, never exceed `most`."""
-    if weights is not None and most is not None:
-        return _decided(*betting.gains(weights * (met <= 0.0), most, 1.0 - wanted.probability), wanted.confidence)
-    return _Rule(wanted, True).shown(int(np.count_nonzero(met > 0.0)), int(np.count_nonzero(met >= 0.0)))
-
-
 @dataclass(frozen=True)
 class _Rule:
     """What runs show, and the bounds of it."""
 
     wanted: Wanted
-    looked: bool
 
     def shown(self, k: float, n: float) -> str | None:
         """Whether k of n runs that meet it show that it is met, or that it is not; None: neither."""
-        wanted = self.wanted
-        if not n:
-            return None
-        if self.looked:
-            above, below = sequential.shown(k, n, wanted.probability, wanted.confidence)
-        else:
-            low, high = confidence.bounds(k, n, wanted.confidence)
-            above, below = bool(low >= wanted.probability), bool(high < wanted.probability)
-        return MET if above else NOT_MET if below else None
+        low, high = self.bounds(k, n)
+        return MET if low >= self.wanted.probability else NOT_MET if high < self.wanted.probability else None
 
     def bounds(self, k: float, n: float) -> tuple[float, float]:
-        if self.looked:
-            return sequential.bounds(k, n, self.wanted.confidence)
         low, high = confidence.bounds(k, n, self.wanted.confidence) if n else (0.0, 1.0)
         return float(low), float(high)
 
@@ -236,16 +177,9 @@ def _smallest(n: float, enough: Callable[[float], bool]) -> int | None:
     return top
 
 
-def _tolerance(margin: np.ndarray, rule: _Rule) -> float | None:
+def _tolerance(margin: np.ndarray, wanted: Wanted) -> float | None:
     """The margin that so large a part of all runs keeps, with the confidence."""
-    n, wanted = len(margin), rule.wanted
-    if not rule.looked:
-        place = confidence.tolerance_place(n, wanted.probability, wanted.confidence)
-    else:
-        ranks = np.arange(1, n + 1)
-        above, _ = sequential.evidence(ranks, n, wanted.probability)
-        enough = np.flatnonzero(above >= -np.log1p(-wanted.confidence))
-        place = int(enough[0]) if len(enough) else None
+    place = confidence.tolerance_place(len(margin), wanted.probability, wanted.confidence)
     if place is None:
         return None
     found = float(-np.partition(-margin, place)[place])

@@ -251,7 +251,7 @@ def sweep(tree: Tree, random: Random) -> None:
         )
     )
     sampler = random.choice([*SAMPLERS])
-    runs = len(vary) * 8 + 8 if sampler in ("morris", "saltelli", "saltelli_second") else 6
+    runs = len(vary) * 8 + 8 if sampler in ("morris", "saltelli") else 6
     tree["sweep"] = {"runs": runs, "sampler": sampler, "vary": vary, "nominal": random.random() < 0.3}
     if sampler == "importance":
         tree["sweep"]["proposal"] = {
@@ -263,7 +263,7 @@ def sweep(tree: Tree, random: Random) -> None:
     if random.random() < 0.2:
         tree["sweep"]["correlate"] = [{"paths": paths, "matrix": [[1, 0.5], [0.5, 1]]}]
     if random.random() < 0.3:
-        stop = random.choice(({"requirement": "holds"}, {"variable": "max_energy_drift", "width": 1e-9}, {
+        stop = random.choice(({"variable": "max_energy_drift", "width": 1e-9}, {
             "variable": "energy_lost", "statistic": "quantile", "probability": 0.5, "width": 1.0}))  # fmt: skip
         tree["sweep"]["stop"] = {**stop, "every": 2}
 

@@ -27,7 +27,7 @@ def swept(sweep: dict[str, Any], varied: dict[str, Any], **outputs: str) -> xr.D
 NORMAL = {letter: {"distribution": "normal", "mean": 0.0, "std": 1.0} for letter in LETTERS}
 
 
-@pytest.mark.parametrize(("sampler", "runs", "counting"), [("morris", 9 * 35, 35), ("saltelli_second", 18 * 16, 32)])
+@pytest.mark.parametrize(("sampler", "runs", "counting"), [("morris", 9 * 35, 35), ("saltelli", 10 * 16, 32)])
 def test_differences_count_one_run_of_each_row(sampler: str, runs: int, counting: int) -> None:
     """All runs of a row move one input after another: taken for independent, 12 of 30 intervals missed the truth."""
     held = 0

@@ -33,7 +33,7 @@ from lienumba.mechanics.elements.joints.parts import along, separation
 from lienumba.mechanics.mechanism.kinematics import Motion, inertia_times
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, Observation, OutputVariable
 from lienumba.numerics.number import Number, Vector
-from lienumba.present.citation.cite import cite_dataset, cite_scenario
+from lienumba.present.cite import cite_dataset
 from lienumba.scenario.checks.integrator import method_of, pairs
 from lienumba.scenario.schema.json_schema import json_schema
 from lienumba.scenario.schema.scenario import Integrator, Projection, ScenarioData
@@ -80,7 +80,6 @@ def test_a_method() -> None:
         with pytest.raises(ScenarioError, match='the nearest known name is "ralston3"'):
             resolve(TOP, overrides={"integrator.method": "ralston"})
     np.testing.assert_allclose(measured["order"], 3, atol=0.1)
-    assert "The integrator was Ralston's method [@ralston1962] of order 3, in the framework of Munthe-Kaas" in text
     assert "@article{ralston1962,\n  author = {Ralston, Anthony}," in text
     assert "ralston3" in methods["enum"]
     assert "taylor, ralston3 (or omit it" in methods["description"]
@@ -97,7 +96,7 @@ def weyl(streams: Streams, labels: np.ndarray, seed: int, runs: int) -> dict[str
 
 
 WEYL = Sampler(
-    "weyl", "a Weyl sequence [@weyl1916], shifted at random", weyl,
+    "weyl", weyl,
     (Reference(
         "weyl1916", "article", "Weyl, Hermann", 1916, "Über die Gleichverteilung von Zahlen mod. Eins",
         "Mathematische Annalen", "77(3):313--352", "10.1007/BF01475864",
@@ -124,7 +123,7 @@ def test_a_sampler(tmp_path: Path) -> None:
     assert np.histogram(mass, 16, (14, 16))[0].min() >= 4
     points = np.array(list(weyl({"a": ["a"], "b": ["b"]}, np.arange(512), 1, 512).values()))
     assert qmc.discrepancy(points.T) < 0.1 * qmc.discrepancy(np.random.default_rng(1).random((512, 2)))
-    assert "drawn from a Weyl sequence [@weyl1916], shifted at random with the seed 0." in text
+    assert "@article{weyl1916," in text
 
 
 def angular_momentum(seen: Observation) -> Sequence[Number]:
@@ -199,7 +198,6 @@ def test_a_default(written: str) -> None:
     assert "max_iterations = 20" in scenario.to_toml()
     assert "max_iterations = 10" in before.to_toml() == written
     assert scenario.sha256() != before.sha256()
-    assert "in at most 20 iterations" in cite_scenario(scenario)
     assert json_schema()["$defs"]["Projection"]["properties"]["max_iterations"]["default"] == 20
 
 

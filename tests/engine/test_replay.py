@@ -1,6 +1,7 @@
 """A run of a dataset again, alone: the same bits, from nothing but the dataset."""
 
 import copy
+import tomllib
 import warnings
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,8 @@ from lienumba import ScenarioError
 from lienumba.batch import statuses
 from lienumba.engine.replay import Replay, again
 from lienumba.engine.simulate import Progress
+from lienumba.present.cite import cite_dataset
+from lienumba.sweep.samplers import sampler_of
 from tests.batch.test_last_states import PACES, one_iteration, paced
 from tests.integrators.drivers.test_events import LOW, pendulum
 from tests.rigs.sweeps import COUNTS, assert_same, edit_samples, linkage, loop, run, top
@@ -189,3 +192,17 @@ def test_what_cannot_be_replayed() -> None:
     study = ds.assign_coords(step=("run", [1.0, 2.0, 3.0], {"role": "grid", "path": "integrator.step"}))
     with pytest.raises(ScenarioError, match=r"^out\.nc: is of a study, .* \(--set\) and without \[study\]"):
         replayed(study, 1)
+
+
+def test_what_an_older_version_wrote_is_read() -> None:
+    """Its sampler and its rule are gone, but the samples are there, of each row of six those of the first two apart."""
+    data = top(runs=12)
+    mass = {"distribution": "uniform", "low": 14, "high": 16}
+    vary = {"bodies.top.mass": mass, "gravity[2]": {"distribution": "normal", "std": 0.1}}
+    ds = lienumba.run(data | {"sweep": {"runs": 12, "seed": 3, "sampler": "saltelli", "vary": vary}})
+    text = ds.attrs["scenario"].replace('sampler = "saltelli"', 'sampler = "saltelli_second"')
+    ds.attrs["scenario"] = text + '\n[sweep.stop]\nrequirement = "soon"\nevery = 4\n'
+    again = lienumba.replay(ds, 7)
+    np.testing.assert_array_equal(again.last_position, ds.last_position.sel(run=[7]))
+    assert "saltelli2010" not in cite_dataset(ds)
+    assert sampler_of(tomllib.loads(ds.attrs["scenario"])["sweep"]).counting(np.arange(12), 2).sum() == 4

@@ -118,27 +118,6 @@ def test_failed_runs_count_unless_they_are_to_be_left_out() -> None:
     assert notes == f'{bad.sum()} runs failed or had no value for "stays", and did not meet it' or bad.sum() == 1
 
 
-@pytest.mark.parametrize("output", [None, "out.nc"])
-def test_a_sweep_ends_where_a_requirement_is_decided(output: str | None, tmp_path: Path) -> None:
-    data = FALL | {"sweep": FALL["sweep"] | {"runs": 400, "stop": {"requirement": "soon", "every": 10}}}
-    data["requirements"] = [SOON | {"probability": 0.2}]
-    if output is None:
-        ds = lienumba.run(data, workers=1)
-    else:
-        lienumba.run(data, output=tmp_path / output, runs=range(17)).close()
-        ds = lienumba.run(data, output=tmp_path / output, resume=True)
-    found = analysis.verdicts(ds).sel(requirement="soon")
-    n = ds.sizes["run"]
-    assert n % 10 == 0
-    assert 20 <= n < 400
-    assert found.verdict in ("met", "not met")
-    assert found.at_least >= 0.2 or found.at_most < 0.2
-    assert ds.attrs["stopped"] == f'enough after {n} runs: they show that "soon" is {found.verdict.item()}'
-    before = analysis.verdicts(ds.isel(run=range(n - 10))).sel(requirement="soon")
-    assert before.verdict == "not enough runs"
-    ds.close()
-
-
 def test_nothing_of_requirements_decides_a_run(memory: xr.Dataset) -> None:
     plain = lienumba.run({key: x for key, x in FALL.items() if key != "requirements"})
     assert plain.attrs["scenario_sha256"] == memory.attrs["scenario_sha256"]
@@ -193,18 +172,6 @@ def test_what_is_wrong_with_a_requirement_is_said(keys: dict[str, Any], sentence
 def test_what_is_wrong_around_requirements_is_said() -> None:
     twice = refusal(FALL | {"requirements": [SOON, SOON]})
     assert twice == 'requirements[1].name = "soon": is also the name of requirements[0]; give each its own name'
-    sweep = FALL["sweep"] | {"stop": {"requirement": "son", "every": 10}}
-    assert refusal(FALL | {"sweep": sweep}) == (
-        'sweep.stop.requirement = "son": is no requirement of the scenario; the nearest known name is "soon"'
-    )
-    sweep = FALL["sweep"] | {"stop": {"requirement": "soon", "variable": "end_time", "confidence": 0.9, "every": 10}}
-    assert re.findall(r"sweep\.stop\.(\w+) = .*: has no meaning", refusal(FALL | {"sweep": sweep})) == [
-        "variable", "confidence",
-    ]  # fmt: skip
-    assert refusal(FALL | {"sweep": FALL["sweep"] | {"stop": {"every": 10}}}).startswith(
-        "sweep.stop.variable is missing"
-    )
-    assert "sweep.stop.variable is missing" in refusal(FALL | {"sweep": {"stop": {}}})
     study = {"reference": {"step": 1e-3}, "grid": [{"integrator.step": [0.01]}]}
     assert "requirements: a study compares settings and judges no runs" in refusal(FALL | {"study": study})
 

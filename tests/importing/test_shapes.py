@@ -56,3 +56,15 @@ def test_what_collides_is_drawn_where_there_is_nothing_else(tmp_path: Path) -> N
 def test_a_mesh_with_a_name_that_no_file_can_have_is_left_out(tmp_path: Path) -> None:
     model = model_of(tmp_path, arm=drawn(f'<mesh filename="{"m" * 300}.stl"/>') + drawn('<box size="1 2 3"/>'))
     assert [shape["type"] for shape in model["bodies"][0]["shapes"]] == ["box"]
+
+
+def test_a_mesh_of_too_many_triangles_is_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from lienumba.importing import from_urdf
+
+    model_of(tmp_path, arm=drawn(MESH) + drawn('<box size="1 2 3"/>'))
+    monkeypatch.setattr("lienumba.scenario.meshes.packing.MOST", 3)
+    found = from_urdf(tmp_path / "robot.urdf")
+    assert [shape["type"] for shape in found.to_dict()["model"]["bodies"][0]["shapes"]] == ["box"]
+    (note,) = (note for note in found.notes if "triangles" in note.what)
+    assert note.places == ('mesh "wedge" has 4 triangles, of which a shape takes 3 at most',)
+    assert not note.lost

@@ -2,7 +2,7 @@
 
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -73,17 +73,8 @@ class Seen:
     def ask(self, script: str, *arguments: Any) -> Any:
         return self.page.evaluate(script, *arguments)
 
-    def until(self, script: str, told: Callable[[Any], bool]) -> Any:
-        """What the page answers, as soon as it is this, or at last after some seconds."""
-        for _ in range(100):
-            if told(found := self.ask(script)):
-                break
-            self.page.wait_for_timeout(100)
-        return found
-
     def look_at_all(self) -> None:
         """Scroll down, so that all charts are drawn."""
-        self.ask("document.documentElement.style.scrollBehavior = 'auto'")
         for top in range(0, self.ask("document.scrollingElement.scrollHeight"), HEIGHTS[self.width] // 2):
             self.ask(f"scrollTo(0, {top})")
             self.page.wait_for_timeout(60)

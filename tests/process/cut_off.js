@@ -1,7 +1,7 @@
 () => {
   // What of the page, or of a chart in it, reaches beyond its place.
   const found = [], wide = document.documentElement.clientWidth;
-  const apart = "nav, .plot, script, select, details:not([open]) > :not(summary)";
+  const apart = "nav, .scroll, .plot, script, select, details:not([open]) > :not(summary)";
   const isShown = (box) => box.width > 0 && box.height > 0;
   for (const element of document.querySelectorAll("body *")) {
     const texts = [...element.childNodes].filter((node) => node.nodeType === 3 && node.textContent.trim());

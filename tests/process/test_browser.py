@@ -95,28 +95,6 @@ def test_another_run_can_be_chosen(page, shown):
     page.page.select_option("#run", "0")
 
 
-def test_the_theme_can_be_changed(page):
-    page.look_at_all()
-    ink = "getComputedStyle(document.body).color"
-    tick = "getComputedStyle(document.querySelector('[data-chart] .xtick text')).fill"
-    light = page.ask(ink), page.ask(tick)
-    page.click("#theme")
-    assert page.page.inner_text("#theme") == "Light"
-    for asked, before in zip((ink, tick), light, strict=True):
-        assert page.until(asked, lambda now, before=before: now != before) != before
-    page.click("#theme")
-    for asked, before in zip((ink, tick), light, strict=True):
-        assert page.until(asked, lambda now, before=before: now == before) == before
-
-
-def test_a_pair_of_the_matrix_can_be_chosen(page):
-    page.click("#matrix tbody tr:nth-child(2) td:nth-child(3) button")
-    assert page.ask("[document.getElementById('output').value, document.getElementById('input').value]") == ["1", "1"]
-    expected = pytest.approx(swept()["tip"].values[1:, -1, 1])
-    scatter = "Array.from((document.getElementById('scatter').data || [{ y: [] }])[0].y)"
-    assert page.until(scatter, lambda drawn: drawn == expected) == expected
-
-
 def test_nothing_is_cut_off_and_no_page_scrolls_sideways(page):
     page.look_at_all()
     assert page.ask("document.scrollingElement.scrollWidth") <= page.width

@@ -2,8 +2,6 @@
 
 import base64
 import copy
-import gzip
-import hashlib
 import json
 import re
 from functools import cache
@@ -67,8 +65,8 @@ def page_of(ds: Any, name: str = "pendel.nc", allow_code: bool = False) -> str:
     return page(ds, name, allow_code, lambda event: None)
 
 
-CAPTION = re.compile(r"<figcaption>(.*?)</figcaption><div class=\"plot\" data-chart")
-INLINE = ("strong", "code", "small", "a", "wbr")
+CAPTION = re.compile(r"<figcaption>(.*?)</figcaption><div class=\"plot\" style=\"height: \d+px\" data-chart")
+INLINE = ("strong", "code", "small", "a")
 
 
 class _Texts(HTMLParser):
@@ -99,29 +97,20 @@ class Read:
         parser.feed(text)
         self.tags, self.ids = parser.tags, parser.ids
         self.text = " ".join("".join(parser.texts).split())
-        self.data = json.loads(unpacked(parser.ids["data"]), parse_constant=_refuse)
+        self.data = json.loads(parser.ids["data"], parse_constant=_refuse)
         self.policy = next(a["content"] or "" for t, a in self.tags if a.get("http-equiv"))
         captions = (re.sub("<.*?>", "", caption) for caption in CAPTION.findall(text))
         keys = [a["data-chart"] or "" for _, a in self.tags if "data-chart" in a]
         self.captions = list(zip(keys, captions, strict=True))
-        self.viewer = text.rpartition("<script>")[2].partition("</script>")[0]
 
     def chart(self, title: str) -> dict[str, Any]:
         """The chart under a caption that begins so."""
         return self.data["charts"][next(key for key, caption in self.captions if caption.startswith(title))]
 
 
-def unpacked(text: str) -> str:
-    return gzip.decompress(base64.b64decode(text)).decode()
-
-
 def array(packed: dict[str, str]) -> np.ndarray:
     found = np.frombuffer(base64.b64decode(packed["bdata"]), packed["dtype"])
     return found.reshape([int(n) for n in packed["shape"].split(",")]) if "shape" in packed else found
-
-
-def digest(script: str) -> str:
-    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
 
 
 def _refuse(constant: str) -> None:

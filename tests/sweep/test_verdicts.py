@@ -5,19 +5,19 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from lienumba.sweep import confidence, sequential
+from lienumba.sweep import confidence
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.samplers.importance import Proposal, proposed
 from lienumba.sweep.samplers.streams import uniforms
-from lienumba.sweep.verdicts import MET, NOT_MET, OPEN, Verdict, Wanted, judge, looks, percent
+from lienumba.sweep.verdicts import MET, OPEN, Verdict, Wanted, judge, percent
 
 WANTED = Wanted("it holds", 0.99, 0.95)
 
 
-def of(failed: int, runs: int, wanted: Wanted = WANTED, looked: bool = False) -> Verdict:
+def of(failed: int, runs: int, wanted: Wanted = WANTED) -> Verdict:
     met = np.ones(runs)
     met[:failed] = 0.0
-    return judge(wanted, met, met - 0.5, looked)
+    return judge(wanted, met, met - 0.5)
 
 
 @pytest.mark.parametrize(("k", "n"), [(0, 20), (3, 20), (20, 20), (1998, 2000)])
@@ -36,14 +36,13 @@ def test_numbers_of_the_textbooks() -> None:
     assert of(0, 58, Wanted("x", 0.95, 0.95)).margin is None
 
 
-@pytest.mark.parametrize("looked", [False, True])
 @pytest.mark.parametrize(("failed", "runs"), [(0, 100), (2, 300)])
-def test_how_many_runs_there_must_be_at_least(failed: int, runs: int, looked: bool) -> None:
+def test_how_many_runs_there_must_be_at_least(failed: int, runs: int) -> None:
     wanted = Wanted("x", 0.985, 0.9)
-    found = of(failed, runs, wanted, looked)
+    found = of(failed, runs, wanted)
     assert found.verdict == OPEN
     more = found.fewest_more
-    assert [of(failed, runs + n, wanted, looked).verdict for n in (1, more // 2, more - 1, more)] == [*[OPEN] * 3, MET]
+    assert [of(failed, runs + n, wanted).verdict for n in (1, more // 2, more - 1, more)] == [*[OPEN] * 3, MET]
     assert failed or found.more_runs == found.fewest_more
 
 
@@ -66,20 +65,16 @@ def test_a_part_that_is_just_what_is_wanted_is_decided_by_no_number_of_runs() ->
 
 
 def test_a_verdict_is_met_where_the_tolerance_bound_is_positive() -> None:
-    """Both ask the same of the binomial distribution, with and without looks on the way."""
+    """Both ask the same of the binomial distribution."""
     random = np.random.default_rng(1)
     for runs in (59, 300, 301, 1000):
-        for looked in (False, True):
-            margin = random.normal(2.5, 1.0, runs)
-            found = judge(WANTED, (margin > 0).astype(float), margin, looked)
-            assert (found.verdict == MET) == (found.margin is not None and found.margin > 0)
+        margin = random.normal(2.5, 1.0, runs)
+        found = judge(WANTED, (margin > 0).astype(float), margin)
+        assert (found.verdict == MET) == (found.margin is not None and found.margin > 0)
 
 
-@pytest.mark.parametrize("most", [None, 10.0], ids=["at the end", "on the way"])
 @pytest.mark.parametrize("limit", [1.2, 1.645, 2.4, 4.0])
-def test_runs_with_weights_have_one_answer_that_is_wrong_no_more_often_than_is_said(
-    limit: float, most: float | None
-) -> None:
+def test_runs_with_weights_have_one_answer_that_is_wrong_no_more_often_than_is_said(limit: float) -> None:
     """Of normal numbers 95 % are below 1.645: a margin to any limit that 95 % keep is known, and so is whether it is
     met. Where no run fails, or only light ones do, both were asked of other numbers of runs."""
     wanted, wrong, sweeps = Wanted("x", 0.95, 0.9), [], 60
@@ -88,7 +83,7 @@ def test_runs_with_weights_have_one_answer_that_is_wrong_no_more_often_than_is_s
         u = {"x": uniforms("x", np.arange(300), seed)}
         scores, w = proposed(u, {"x": Proposal(shift=2.5)}, np.arange(300), seed)
         margin = limit - stats.norm.ppf(scores["x"])
-        found = judge(wanted, (margin > 0).astype(float), margin, most is not None, w, most)
+        found = judge(wanted, (margin > 0).astype(float), margin, w)
         assert (found.verdict == MET) == (found.margin is not None and found.margin > 0)
         wrong.append(found.margin is not None and found.margin > margin_kept)
     assert np.mean(wrong) < 0.1 + 3.0 * (0.1 * 0.9 / sweeps) ** 0.5
@@ -98,30 +93,30 @@ def test_margins_of_runs_with_weights_follow_their_verdict() -> None:
     """Where all meet it, few heavy runs tell too little of that, and light ones that miss a tighter limit tell more."""
     margin, w = np.r_[np.full(30, 9.0), np.linspace(0.1, 8.0, 300)], np.r_[np.full(30, 10.0), np.full(300, 0.03)]
     wanted = Wanted("x", 0.93, 0.9)
-    few = judge(wanted, np.ones(330), margin, False, w)
+    few = judge(wanted, np.ones(330), margin, w)
     assert (few.verdict, few.margin) == (OPEN, None)
-    tighter = judge(wanted, (margin > 4.0).astype(float), margin - 4.0, False, w)
+    tighter = judge(wanted, (margin > 4.0).astype(float), margin - 4.0, w)
     assert (tighter.verdict, tighter.margin > 0) == (MET, True)
-    between = judge(Wanted("x", 0.5, 0.9), np.ones(100), np.zeros(100), False, np.ones(100))
+    between = judge(Wanted("x", 0.5, 0.9), np.ones(100), np.zeros(100), np.ones(100))
     assert (between.verdict, between.margin) == (MET, 0.0)  # limits of `between` are good
 
 
 def test_runs_that_do_not_count_and_runs_without_a_value() -> None:
     met = np.array([1.0, 0.0, np.nan, 1.0])
-    found = judge(Wanted("x", 0.5, 0.9), met, np.array([0.5, np.nan, np.nan, 0.2]), False)
+    found = judge(Wanted("x", 0.5, 0.9), met, np.array([0.5, np.nan, np.nan, 0.2]))
     assert (found.runs, found.passed, found.failed) == (3, 2, 1)
-    nothing = judge(WANTED, np.full(4, np.nan), np.full(4, np.nan), False)
+    nothing = judge(WANTED, np.full(4, np.nan), np.full(4, np.nan))
     assert (nothing.at_least, nothing.at_most, nothing.verdict) == (0.0, 1.0, OPEN)
     assert "no run counts" in nothing.sentence()
 
 
 def test_weights_of_one_are_none() -> None:
     met = (np.arange(400) > 1).astype(float)
-    plain, weighed = (judge(WANTED, met, met - 0.5, False, w) for w in (None, np.full(400, 3.0)))
+    plain, weighed = (judge(WANTED, met, met - 0.5, w) for w in (None, np.full(400, 3.0)))
     bounds = [(x.part, x.at_least, x.at_most) for x in (plain, weighed)]
     np.testing.assert_allclose(bounds[0], bounds[1], rtol=1e-12)
     assert (plain.effective, weighed.effective) == (None, pytest.approx(400.0))
-    uneven = judge(WANTED, met, met - 0.5, False, np.where(met == 0, 0.1, 1.0))
+    uneven = judge(WANTED, met, met - 0.5, np.where(met == 0, 0.1, 1.0))
     assert uneven.part > plain.part
     assert uneven.at_least < uneven.part < uneven.at_most
 
@@ -130,31 +125,6 @@ def test_of_a_saltelli_sweep_the_first_two_of_a_row_count() -> None:
     assert SAMPLERS["saltelli"].counting(np.arange(-1, 10), 3).nonzero()[0].tolist() == [1, 2, 6, 7]
     assert SAMPLERS["random"].counting(np.arange(-1, 3), 3).tolist() == [False, True, True, True]
     assert SAMPLERS["random"].counting(np.array([-1]), 3).tolist() == [True]
-
-
-@pytest.mark.parametrize("side", [MET, NOT_MET])
-def test_who_looks_after_every_run_is_wrong_no_more_often_than_is_said(side: str) -> None:
-    """Where the truth is just what is wanted, nothing should be shown: for Clopper and Pearson that fails."""
-    wanted, random = Wanted("x", 0.9, 0.9), np.random.default_rng(7)
-    passed = np.cumsum(random.random((200, 500)) < 0.9, axis=1)
-    runs = np.arange(1, 501)
-    wrong = sequential.evidence(passed, runs, 0.9)[side == NOT_MET] >= -np.log(0.1)
-    assert wrong.any(axis=1).mean() < 0.13
-    peeking = confidence.bounds(passed[:, ::10], runs[::10], 0.9)
-    assert ((peeking[0] >= 0.9) if side == MET else (peeking[1] < 0.9)).any(axis=1).mean() > 0.2
-    last = np.zeros(500)
-    last[: passed[0, -1]] = 1.0
-    assert (looks(wanted, last) == side) == wrong[0, -1]
-
-
-def test_bounds_of_looks_are_where_the_evidence_is_enough() -> None:
-    low, high = sequential.bounds(95, 100, 0.95)
-    assert sequential.evidence(95, 100, low)[0] == pytest.approx(np.log(20), rel=1e-6)
-    assert sequential.evidence(95, 100, high)[1] == pytest.approx(np.log(20), rel=1e-6)
-    fixed = confidence.bounds(95, 100, 0.95)
-    assert low < fixed[0] < fixed[1] < high
-    assert sequential.bounds(0, 0, 0.95) == (0.0, 1.0)
-    assert [sequential.shown(n, n, 0.99, 0.95) for n in (376, 377)] == [(False, False), (True, False)]
 
 
 def test_percentages_keep_what_they_miss_to_100_and_bounds_are_rounded_outwards() -> None:

@@ -17,12 +17,13 @@ import numpy as np
 import xarray as xr
 
 from lienumba.analysis.labels import named
-from lienumba.analysis.requirements.verdict import counted, requirement_in, sampler_of
+from lienumba.analysis.requirements.verdict import counted, requirement_in, sweep_of
 from lienumba.analysis.sensitivities.explained import Explained, explained
 from lienumba.analysis.text_table import NONE, TextTable, number_text
 from lienumba.analysis.weights import kept_of, weights_of
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import MET, RUN
+from lienumba.sweep.samplers import sampler_of
 from lienumba.words import show
 
 NAMED = {
@@ -64,7 +65,7 @@ def separation(ds: xr.Dataset, requirement: str) -> xr.Dataset:
     from scipy.stats import ks_2samp, mannwhitneyu
 
     which, met, inputs = _groups(ds, requirement)
-    evenly = sampler_of(ds).evenly
+    evenly = sampler_of(sweep_of(ds)).evenly
     rows: list[dict[str, float]] = []
     for name in inputs:
         x = ds[name].values[which]

@@ -18,8 +18,7 @@ from lienumba.store.form import scenario_tables
 from lienumba.store.layout import MARGIN, MET
 from lienumba.store.names import one_of
 from lienumba.store.refusals import check_together, damaged
-from lienumba.sweep.samplers import DEFAULT, SAMPLERS
-from lienumba.sweep.samplers.sampler import Sampler
+from lienumba.sweep.samplers import sampler_of
 from lienumba.sweep.verdicts import Verdict, Wanted, judge, percent
 from lienumba.words import listed, plural, show
 
@@ -56,8 +55,7 @@ def verdicts(ds: xr.Dataset) -> xr.Dataset:
     xarray.Dataset
         On the dimension `requirement`: `verdict` ("met", "not met" or "not enough runs") and `sentence`; the `part` of
         the `runs` that meet it, and the bounds `at_least` and `at_most` of its probability, each of which holds with
-        the `confidence`: Clopper's and Pearson's, or, where the sweep might end by what its runs say, those of a
-        confidence sequence; `more_runs`, `fewest_more`; `margin`, the tolerance bound of Wilks.
+        the `confidence`, by Clopper and Pearson; `more_runs`, `fewest_more`; `margin`, the tolerance bound of Wilks.
 
     Raises
     ------
@@ -86,26 +84,20 @@ def verdicts_of(ds: xr.Dataset) -> list[Verdict]:
     if MET not in ds:
         return []
     check_together(ds, "the dataset")
-    sweep, which = sweep_of(ds), counted(ds)
-    looked, own = "stop" in sweep, rules(ds)
-    weights, most = weights_of(ds, which), SAMPLERS[str(sweep.get("sampler", DEFAULT))].most_weight
+    which, own = counted(ds), rules(ds)
+    weights = weights_of(ds, which)
     found = []
     for n, name in enumerate(map(str, ds["requirement"].values)):
         wanted = Wanted(name, float(own[name]["probability"]), float(own[name]["confidence"]))
         met, margin = (ds[x].isel(requirement=n).values[which].astype(float) for x in (MET, MARGIN))
-        found.append(judge(wanted, met, margin, looked, weights, most))
+        found.append(judge(wanted, met, margin, weights))
     return found
 
 
 def counted(ds: xr.Dataset) -> np.ndarray:
     """Which runs count for verdicts (runs,)."""
-    sampler = sampler_of(ds)
+    sampler = sampler_of(sweep_of(ds))
     return sampler.counting(ds["run"].values, len(sampled_inputs(sweep_of(ds))) if sampler.row is not None else 0)
-
-
-def sampler_of(ds: xr.Dataset) -> Sampler:
-    """By which the runs were drawn."""
-    return SAMPLERS[str(sweep_of(ds).get("sampler", DEFAULT))]
 
 
 def sweep_of(ds: xr.Dataset) -> Tables:
@@ -172,9 +164,8 @@ def _amount(x: float, units: str) -> str:
 def legend(found: Sequence[Verdict]) -> str:
     """What the columns of the table are."""
     sure = listed(dict.fromkeys(f"{100 * x.confidence:g} %" for x in found), "or")
-    after = "; they hold at whatever run one looks" if any(x.sequential for x in found) else ""
     return (
-        f"at least, at most: bounds of the probability to meet it, each with {sure} confidence{after}; margin: to the "
+        f"at least, at most: bounds of the probability to meet it, each with {sure} confidence; margin: to the "
         "limit, which the part that is wanted keeps with the same confidence"
     )
 
@@ -193,15 +184,17 @@ def worst(ds: xr.Dataset, found: Sequence[Verdict]) -> list[str]:
 
 def notes(ds: xr.Dataset) -> list[str]:
     """What to beware of."""
-    sampler, found = str(sweep_of(ds).get("sampler", DEFAULT)), []
-    if sampler in EVEN:
+    sampler, found = sampler_of(sweep_of(ds)), []
+    if sampler.name in EVEN:
         found.append(
-            f"the sampler {sampler} spreads runs more evenly than by chance: bounds are those of independent runs"
+            f"the sampler {sampler.name} spreads runs more evenly than by chance: bounds are those of independent runs"
         )
+    if "stopped" in ds.attrs:
+        found.append("the sweep ended by [sweep.stop]: bounds are those of a number of runs that was fixed before")
     which = counted(ds)
-    if SAMPLERS[sampler].row:
+    if sampler.row:
         count = plural(int(which.sum()), "run counts", "runs count")
-        found.append(f"of the {sampler} sweep {count}, the independent ones")
+        found.append(f"of the {sampler.name} sweep {count}, the independent ones")
     weights = weights_of(ds, which)
     if weights is not None and which.any():
         found.append(weights_told(weights))

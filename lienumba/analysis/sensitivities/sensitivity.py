@@ -14,7 +14,6 @@ from lienumba.analysis.sensitivities import morris, outputs, sobol
 from lienumba.analysis.sensitivities.explained import explained
 from lienumba.analysis.sensitivities.outputs import Output
 from lienumba.analysis.sensitivities.ranks import rank_interval, standard_ranks, tornado
-from lienumba.analysis.sensitivities.together import second_indices
 from lienumba.analysis.weights import kept_of, note_of
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
@@ -23,7 +22,7 @@ from lienumba.store.form import scenario_tables
 from lienumba.store.study_layout import is_study
 from lienumba.sweep.distributions.external import Given
 from lienumba.sweep.distributions.registry import class_of
-from lienumba.sweep.samplers import DEFAULT, INDICES, SAMPLERS, Sampler
+from lienumba.sweep.samplers import INDICES, sampler_of
 from lienumba.words import plural
 
 FEWEST = 4  # runs, which give the first interval of a rank correlation
@@ -73,11 +72,6 @@ OF_OUTPUT = {
 }
 
 COUNTS = ("runs", "rows")
-SECOND = {
-    "second_order": "second Sobol' index: the part of the variance that both inputs explain beyond each alone",
-    "second_order_low": "lower end of the 95 % interval of second_order",
-    "second_order_high": "upper end of the 95 % interval of second_order",
-}
 FIRST_OF_ROWS = (
     "rank correlations, changes and first indices are of the first run of each row, since the others repeat its numbers"
 )
@@ -109,12 +103,11 @@ def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | 
     sampled = ds["run"].values >= 0
     inputs, notes = _varying(samples, sampled)
     runs, rows, of_plan = _plan(ds["run"].values, sweep, samples)
-    steps = morris.design_of(ds["run"].values, sweep, samples) if _sampler(sweep).screening else None
+    steps = morris.design_of(ds["run"].values, sweep, samples) if sampler_of(sweep).screening else None
     kept = kept_of(ds)
     if kept is not None:
         runs, of_plan = runs[kept[runs]], [*of_plan, note_of(ds, kept)]
     independent = not _in_rows(sweep) or steps is not None
-    alone = [] if DEPENDENT in of_plan else [name for name in sobol.sampled_inputs(sweep) if name in inputs]
     found, left_out = [], []
     for one in outputs.read(ds, [output] if isinstance(output, str) else output, time, sampled):
         reason = _unusable(one, runs)
@@ -124,8 +117,8 @@ def sensitivity(ds: xr.Dataset, output: str | Sequence[str] = (), time: float | 
             found.append(one)
     if not found:
         raise ScenarioError(f"{left_out[0]}; {_remedy(ds)}")
-    evenly = _sampler(sweep).evenly
-    return _dataset(ds, found, inputs, runs, rows, steps, independent, evenly, alone).assign_attrs(
+    evenly = sampler_of(sweep).evenly
+    return _dataset(ds, found, inputs, runs, rows, steps, independent, evenly).assign_attrs(
         title=str(ds.attrs.get("title", "")),
         scenario_sha256=str(ds.attrs.get("scenario_sha256", "")),
         runs=int(sampled.sum()),
@@ -167,8 +160,8 @@ def _plan(
         notes = [*notes, DEPENDENT]
     if sweep.get("correlate"):
         return runs, None, [*notes, NO_SOBOL]
-    if _sampler(sweep).screening:
-        first = _sampler(sweep).counting(labels, len(sobol.sampled_inputs(sweep)))
+    if sampler_of(sweep).row is not None and not in_rows:
+        first = sampler_of(sweep).counting(labels, len(sobol.sampled_inputs(sweep)))
         return np.flatnonzero(first), None, [*notes, FIRST_OF_ROWS]
     if in_rows:
         return runs, rows, notes if rows is not None else [*notes, NOT_LAID_OUT]
@@ -177,13 +170,9 @@ def _plan(
     return runs, None, [*notes, f'total Sobol\' indices need sweep.sampler = "{INDICES}" and {proposal}']
 
 
-def _sampler(sweep: Tables) -> Sampler:
-    return SAMPLERS[str(sweep.get("sampler", DEFAULT))]
-
-
 def _in_rows(sweep: Tables) -> bool:
     """Whether runs were drawn in rows for Sobol' indices, which share numbers."""
-    return _sampler(sweep).sobol_indices
+    return sampler_of(sweep).sobol_indices
 
 
 def _unusable(output: Output, runs: np.ndarray) -> str | None:
@@ -216,13 +205,11 @@ def _dataset(
     steps: morris.Design | None,
     independent: bool,
     evenly: bool,
-    alone: Sequence[str],
 ) -> xr.Dataset:
     """What was found of every output and input, labelled; independent: whether no run shares numbers with others;
-    evenly: whether runs are spread more so than by chance; alone: inputs that depend on no others, of which pairs are
-    looked at."""
+    evenly: whether runs are spread more so than by chance."""
     drawn = rows.inputs if rows is not None else list(steps.steps) if steps is not None else []
-    names, pairs = list(dict.fromkeys([*inputs, *drawn])), dict[str, np.ndarray]()
+    names = list(dict.fromkeys([*inputs, *drawn]))
     of_both = {name: np.full((len(found), len(names)), np.nan) for name in OF_BOTH}
     of_output = {name: np.zeros(len(found), int if name in COUNTS else float) for name in OF_OUTPUT}
     ranks: dict[bytes, list[np.ndarray]] = {}  # of the inputs, by the runs that count
@@ -241,23 +228,13 @@ def _dataset(
             _put(table, names.index(name), numbers)
         for name, effects in ({} if steps is None else morris.effects(output.values, steps)).items():
             _put(table, names.index(name), asdict(effects))
-        laid_out = None if indices is None else indices.second
-        second = second_indices([inputs[name][kept] for name in alone], y, evenly) if laid_out is None else laid_out
-        if second is not None:
-            at = [names.index(name) for name in (alone if indices is None or laid_out is None else indices.inputs)]
-            for name, values in zip(SECOND, second, strict=True):
-                pairs.setdefault(name, np.full((len(found), len(names), len(names)), np.nan))[n][np.ix_(at, at)] = (
-                    values
-                )
         own = {"mean": y.mean(), "deviation": y.std(ddof=1), "runs": len(y), "rows": indices.rows if indices else 0}
         _put(of_output, n, own)
     data = {
         **{name: (("output", "input"), x, _texts(*OF_BOTH[name])) for name, x in of_both.items()},
         **{name: ("output", x, _texts(*OF_OUTPUT[name])) for name, x in of_output.items()},
-        **{name: (("output", "input", "with_input"), x, _texts("1", SECOND[name])) for name, x in pairs.items()},
     }
-    others = {"with_input": ("with_input", names, _texts("1", "path of the other input"))} if pairs else {}
-    return xr.Dataset(data, _coordinates(ds, found, names) | others)
+    return xr.Dataset(data, _coordinates(ds, found, names))
 
 
 def _put(table: dict[str, np.ndarray], index: int, numbers: dict[str, float]) -> None:

@@ -3,11 +3,10 @@ and a page draw."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import nan
 
-import numpy as np
 import xarray as xr
 
 from lienumba.analysis.labels import named, time_label
@@ -74,9 +73,7 @@ class InputRow:
 @dataclass(frozen=True)
 class OutputRows:
     """An output, with its unit, at a time (s; NaN: each run has it once): mean and deviation over the runs that count,
-    how many complete rows there are of how many for Sobol' indices, and its inputs in the order of the sweep;
-    pairs: of inputs, with their second index and half its interval, those that explain something together where runs
-    were not laid out for it."""
+    how many complete rows there are of how many for Sobol' indices, and its inputs in the order of the sweep."""
 
     name: str
     units: str
@@ -87,7 +84,6 @@ class OutputRows:
     rows: int
     every_row: int
     inputs: Sequence[InputRow]
-    pairs: Sequence[tuple[str, str, float, float]] = ()
 
     @property
     def headline(self) -> str:
@@ -119,21 +115,13 @@ class OutputRows:
         first, more = self._first([(row.numbers["total_order"], row) for row in self.inputs], most)
         return TextTable.of(["input"], ["first", "total"], [[x.name, *x.indices] for x in first]), more
 
-    def others(self, most: int) -> Iterator[tuple[str, TextTable]]:
-        """Second indices and elementary effects, with their headlines, if there are any."""
-        if self.pairs:
-            pairs = sorted(self.pairs, key=lambda pair: -pair[2])
-            rows = [[one, other, f"{index:.3f} ± {half:.2g}"] for one, other, index, half in pairs[:most]]
-            more = f" (the first {most} of {len(pairs)} pairs)" if len(pairs) > most else ""
-            which = "" if self.sobol_headline else ", of pairs that explain something together"
-            yield (
-                f"second Sobol' indices of {self.name}{which}{more}",
-                TextTable.of(["input", "input"], ["second"], rows),
-            )
+    def effects(self, most: int) -> tuple[str, TextTable] | None:
+        """The headline and the table of elementary effects; None if there are none."""
         first, more = self._first([(row.numbers["mu_star"], row) for row in self.inputs], most)
-        if first:
-            of = f"elementary effects on {self.name}, {self.every_row:,} rows{more}"
-            yield of, TextTable.of(["input"], ["mu*", "mu", "sigma"], [[x.name, *x.effects] for x in first])
+        if not first:
+            return None
+        headline = f"elementary effects on {self.name}, {self.every_row:,} rows{more}"
+        return headline, TextTable.of(["input"], ["mu*", "mu", "sigma"], [[x.name, *x.effects] for x in first])
 
     @staticmethod
     def _first(sized: Sequence[tuple[float, InputRow]], most: int) -> tuple[list[InputRow], str]:
@@ -183,17 +171,4 @@ def _output(one: xr.Dataset) -> OutputRows:
     name, units = str(one["output"].item()), str(one["output_units"].item())
     mean, deviation, time = (float(one[key]) for key in ("mean", "deviation", "output_time"))
     runs, rows = int(one["runs"]), int(one["rows"])
-    every = int(one.attrs["rows"])
-    laid_out = any(x.numbers["total_order"] == x.numbers["total_order"] for x in inputs)
-    pairs = [pair for pair in _pairs(one) if laid_out or pair[2] > pair[3]]
-    return OutputRows(name, units, time, runs, mean, deviation, rows, every, inputs, pairs)
-
-
-def _pairs(one: xr.Dataset) -> Iterator[tuple[str, str, float, float]]:
-    """Of an output, if it has any."""
-    if "second_order" not in one:
-        return
-    names = list(map(str, one["input"].values))
-    index, high = (one[name].values for name in ("second_order", "second_order_high"))
-    for k, m in zip(*np.nonzero(index == index), strict=True):
-        yield names[k], names[m], float(index[k, m]), float(high[k, m] - index[k, m])
+    return OutputRows(name, units, time, runs, mean, deviation, rows, int(one.attrs["rows"]), inputs)

@@ -1,12 +1,10 @@
-"""Sobol' indices of a sweep with `sampler = "saltelli"`, each with a 95 % interval by the bootstrap; of one with
-`sampler = "saltelli_second"` those of pairs, too.
+"""First and total Sobol' indices of a sweep with `sampler = "saltelli"`, each with a 95 % interval by the bootstrap.
 
 Of d sampled inputs, run n (d + 2) + j is row n of the sample A (j = 0), of B (j = 1), or of A with input j - 2 taken
 from B. scipy.stats.sobol_indices has the estimators (A. Saltelli et al., Computer Physics Communications 181 (2010),
-table 2 b, f). For pairs there are runs of B with input k from A behind these: E[BA_k AB_m] - E[A B] is the variance
-that both inputs explain together (A. Saltelli, ibid. 145 (2002) 280). An interval is Student's with bootstrap standard
-errors; rows are resampled, of which few are far out, so that a tenth of their number is its freedom. That of a total
-index is of its logarithm: it is a mean of squares, which lies low where none of the few large ones was drawn.
+table 2 b, f). An interval is Student's with bootstrap standard errors; rows are resampled, of which few are far out,
+so that a tenth of their number is its freedom. That of a total index is of its logarithm: it is a mean of squares,
+which lies low where none of the few large ones was drawn.
 """
 
 from __future__ import annotations
@@ -19,8 +17,7 @@ import numpy as np
 
 from lienumba.scenario.base.toml import Tables
 from lienumba.sweep.distributions.registry import class_of
-from lienumba.sweep.samplers import SAMPLERS
-from lienumba.sweep.samplers.sobol import of_B
+from lienumba.sweep.samplers.sobol import of_B, runs_of_row
 
 RESAMPLES = 200
 SEED = 2010  # of the resampling: the same dataset gives the same intervals
@@ -33,8 +30,7 @@ ENDS = ("", "_low", "_high")
 
 @dataclass(frozen=True)
 class Rows:
-    """Which run (index) stands where. table (rows, d + 2, of pairs 2 d + 2): -1 where it is missing; inputs: the d of
-    [sweep.vary]."""
+    """Which run (index) stands where. table (rows, d + 2): -1 where it is missing; inputs: the d of [sweep.vary]."""
 
     inputs: list[str]
     table: np.ndarray
@@ -48,14 +44,12 @@ class Rows:
 
 @dataclass(frozen=True)
 class Indices:
-    """first, total (3, d): the index and the ends of its interval, of each input; rows: how many complete ones; second
-    (3, d, d): of pairs, None where the runs do not say it."""
+    """first, total (3, d): the index and the ends of its interval, of each input; rows: how many complete ones."""
 
     inputs: list[str]
     first: np.ndarray
     total: np.ndarray
     rows: int
-    second: np.ndarray | None = None
 
     def by_input(self) -> dict[str, dict[str, float]]:
         """The numbers of each input by their names."""
@@ -79,9 +73,7 @@ def columns_of(path: str, columns: Sequence[str]) -> list[str]:
 def rows_of(labels: np.ndarray, sweep: Tables, samples: Mapping[str, np.ndarray]) -> Rows | None:
     """The rows of a dataset with these labels (runs,) and samples (runs,); None if they are not laid out so."""
     inputs = sampled_inputs(sweep)
-    length = SAMPLERS[str(sweep["sampler"])].row
-    assert length is not None
-    rows = Rows(inputs, table_of(labels, length(len(inputs)))[1])
+    rows = Rows(inputs, table_of(labels, runs_of_row(len(inputs)))[1])
     kept = [path for path, entry in sweep.get("vary", {}).items() if path not in inputs and "expression" not in entry]
     return rows if inputs and _hold(rows, kept, samples) else None
 
@@ -102,7 +94,7 @@ def _hold(rows: Rows, kept: Sequence[str], samples: Mapping[str, np.ndarray]) ->
     for path in (*rows.inputs, *kept):
         source = np.zeros(table.shape[1], int)  # the run of its row from which each has the input
         if path in rows.inputs:
-            source = of_B(np.arange(table.shape[1]), rows.inputs.index(path), len(rows.inputs)).astype(int)
+            source = of_B(np.arange(table.shape[1]), rows.inputs.index(path)).astype(int)
         for name in columns_of(path, list(samples)):
             x = samples[name][table]
             if (x != x[:, source]).any():
@@ -121,17 +113,13 @@ def indices(values: np.ndarray, rows: Rows) -> Indices | None:
         return None
     generator = np.random.default_rng(SEED)
     parts = np.linspace(0, RESAMPLES, min(max(RESAMPLES * y.size // AT_ONCE, 1), RESAMPLES // 2) + 1).astype(int)
-    d = len(rows.inputs)
-    itself = _estimate(y[:, None, np.arange(n)].repeat(2, axis=1), d)[:, 0]
+    itself = _estimate(y[:, None, np.arange(n)].repeat(2, axis=1))[:, 0]
     choices = (generator.integers(n, size=(end - start, n)) for start, end in pairwise(parts))
-    drawn = [_estimate(y[:, chosen], d) for chosen in choices]
+    drawn = [_estimate(y[:, chosen]) for chosen in choices]
     half = stdtrit(max(FREEDOM * n, LEAST), 0.5 + 0.5 * CONFIDENCE) * np.concatenate(drawn, axis=1).std(axis=1, ddof=1)
     ends = np.stack([itself, itself - half, itself + half])
     ends[:, 1] = _above_zero(itself[1], half[1])
-    second = ends[:, 2:] if len(itself) > 2 else None  # of each pair in both orders, which are one
-    if second is not None:
-        second = np.where(np.triu(np.ones((d, d), bool), 1), second, np.nan)
-    return Indices(rows.inputs, ends[:, 0], ends[:, 1], n, second)
+    return Indices(rows.inputs, ends[:, 0], ends[:, 1], n)
 
 
 def _above_zero(total: np.ndarray, half: np.ndarray) -> np.ndarray:
@@ -140,9 +128,8 @@ def _above_zero(total: np.ndarray, half: np.ndarray) -> np.ndarray:
     return np.stack([total, total / factor, np.maximum(np.minimum(total * factor, 1.0), total)])
 
 
-def _estimate(y: np.ndarray, inputs: int) -> np.ndarray:
-    """First and total indices (2, samples, d) of outputs (d + 2, samples, n), and of 2 d + 2 behind them the rows of
-    those of pairs (2 + d, samples, d); of at least two samples.
+def _estimate(y: np.ndarray) -> np.ndarray:
+    """First and total indices (2, samples, d) of outputs (d + 2, samples, n); of at least two samples.
 
     SciPy wants n to be a power of 2. Rows at the mean of A and B add nothing to any sum, and the estimators are ratios
     of such: filled up with them, n rows give what n rows alone would.
@@ -150,23 +137,9 @@ def _estimate(y: np.ndarray, inputs: int) -> np.ndarray:
     from scipy.stats import sobol_indices
 
     samples, n = y.shape[1:]
-    d = inputs
     whole = 1 << (n - 1).bit_length()
-    filled = np.empty((d + 2, samples, whole))
-    filled[..., :n] = y[: d + 2]
+    filled = np.empty((len(y), samples, whole))
+    filled[..., :n] = y
     filled[..., n:] = y[:2].mean(axis=(0, 2))[:, None]
     found = sobol_indices(func={"f_A": filled[0], "f_B": filled[1], "f_AB": filled[2:]}, n=whole)
-    first, total = found.first_order.reshape(samples, d), found.total_order.reshape(samples, d)
-    both = np.stack([first, total])
-    return np.concatenate([both, _pairs(y, first)]) if len(y) > d + 2 else both
-
-
-def _pairs(y: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """Second indices (d, samples, d) of outputs (2 d + 2, samples, n), whose first ones are (samples, d)."""
-    d = first.shape[1]
-    rest = y - y[:2].mean(axis=(0, 2))[:, None]
-    a, b, ab, ba = rest[0], rest[1], rest[2 : d + 2], rest[d + 2 :]
-    together = np.einsum("ksn,msn->ksm", ba, ab) / y.shape[2] - (a * b).mean(axis=1)[:, None]
-    variance = rest[:2].var(axis=(0, 2))
-    found: np.ndarray = together / variance[:, None] - first.T[:, :, None] - first
-    return found
+    return np.stack([x.reshape(samples, -1) for x in (found.first_order, found.total_order)])

@@ -1,4 +1,4 @@
-"""Statistics of attitudes that respect the group: distances, Karcher means, covariances of rotation vectors."""
+"""Statistics of attitudes: angles, means, covariances of rotation vectors."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from lienumba.analysis.statistics import karcher
 from lienumba.analysis.statistics.blockwise import COUNT, STORED, Block, Found, RunStatistics, check_numbers
 from lienumba.analysis.statistics.covariance import AXIS, OTHER, described, moments, second_axis
 from lienumba.errors import ScenarioError
@@ -19,15 +18,8 @@ from lienumba.words import show, suggestion
 MATRIX = ("axis", "body_axis")
 FRAMES = ("body", "global")
 ORTHOGONAL = 1e-3  # the largest element of R^T R - I that a rotation may have
-LOOSE = 4.0  # times that, or the rounding of the elements: by so much (rad) angles may be wrong
+UNIQUE = 1e-6  # the least sum of the two smaller singular values of a mean matrix that has one nearest rotation
 AT_ONCE = 2**16  # rotations
-STATUSES = {
-    karcher.UNIQUE: ("unique", "it is the only mean"),
-    karcher.BEST: ("best_found", "the runs spread so far that there may be a better one; this is the best of many"),
-    karcher.SEVERAL: ("several_means", "others are as good; this is one of them"),
-    karcher.NOT_CONVERGED: ("not_converged", "the iteration did not reach its tolerance"),
-    karcher.NONE: ("no_runs", "no run has a value"),
-}
 
 
 def rotation_error(R: xr.DataArray, reference: xr.DataArray | np.ndarray) -> xr.DataArray:
@@ -68,7 +60,9 @@ def _angle(R: xr.DataArray, reference: xr.DataArray) -> xr.DataArray:
 
 
 def mean_rotation(R: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
-    """The Karcher mean of rotations over `dim`, at each other label: that of the least mean squared angle to them.
+    """The mean of rotations over `dim`, at each other label: the rotation nearest to the mean of their matrices.
+
+    It is that of `scipy.spatial.transform.Rotation.mean`.
 
     Parameters
     ----------
@@ -81,37 +75,44 @@ def mean_rotation(R: xr.DataArray, dim: str = RUN[0]) -> xr.Dataset:
     -------
     xarray.Dataset
         `mean` (..., axis, body_axis), like `R`, over the `count` of the `runs` that have a value there; `spread`, the
-        root of the mean squared angle to it, and `radius`, the largest one, in rad; `status`: "unique" where it is
-        proved to be the only mean, "best_found" where runs spread too far for that, "several_means" where others are as
-        good (of opposite rotations, say), "no_runs" where it is NaN.
+        root of the mean squared angle to it, and `radius`, the largest one, in rad. NaN without a run, and where
+        several rotations are equally near, as of two that are half a turn apart.
     """
     _check_matrices(R)
     runs = RunStatistics(R, dim, *MATRIX)
 
     def work(block: Block) -> Found:
-        parts = [_mean(R, finite, margin) for _, R, finite, margin in _portions(runs, block)]
+        parts = [_mean(R, finite) for _, R, finite in _portions(runs, block)]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     what = R.attrs.get("long_name", "rotation matrix")
     named: dict[str, Any] = {
-        "mean": (MATRIX, dict(R.attrs) | texts("1", f"Karcher mean over {dim}: {what}")),
+        "mean": (MATRIX, dict(R.attrs) | texts("1", f"mean over {dim}: {what}")),
         "spread": ((), texts("rad", "root of the mean squared angle to the mean")),
         "radius": ((), texts("rad", "largest angle to the mean")),
         "count": ((), COUNT),
-        "status": ((), texts("1", "what is known of the mean") | _flags()),
     }
     return runs.labelled(runs.gather(work), named)
 
 
-def _mean(R: so3.Matrix3, finite: np.ndarray, margin: np.ndarray) -> Found:
-    found, count = karcher.mean(R, finite, margin), finite.sum(axis=1)
-    square = (found.angles * found.angles).sum(axis=1) / np.maximum(count, 1)
+def _mean(R: so3.Matrix3, finite: np.ndarray) -> Found:
+    """Project the mean matrix U S V^T onto U diag(1, 1, +-1) V^T, the nearest rotation."""
+    count = finite.sum(axis=1)
+    known = np.maximum(count, 1)
+    total = np.stack([np.where(finite, x, 0.0).sum(axis=1) for x in R], axis=-1).reshape(-1, 3, 3)
+    U, sizes, V = np.linalg.svd(total / known[:, None, None])
+    sign = np.linalg.det(U @ V)
+    U[..., -1] *= sign[:, None]
+    unique = sizes[:, 1] + sign * sizes[:, 2] > UNIQUE
+    mean = np.where(unique[:, None, None], U @ V, np.nan)
+    u = so3.log(so3.multiply(so3.transpose(tuple(x[:, None] for x in _nine(mean))), R))
+    square = np.where(finite, so3.dot(u, u), 0.0)
+    none = np.where(unique, 0.0, np.nan)
     return {
-        "mean": np.stack(found.rotation, axis=-1).reshape(-1, 3, 3),
-        "spread": np.where(count > 0, square**0.5, np.nan),
-        "radius": np.where(count > 0, found.angles.max(axis=1), np.nan),
+        "mean": mean,
+        "spread": (square.sum(axis=1) / known) ** 0.5 + none,
+        "radius": square.max(axis=1) ** 0.5 + none,
         "count": count,
-        "status": found.status.astype(np.int8),
     }
 
 
@@ -135,19 +136,17 @@ def rotation_covariance(
     -------
     xarray.Dataset
         `covariance` (..., axis, axis_2) in rad^2, by n - 1 about the mean vector, over the `count` of the `runs` that
-        have a value there, NaN of fewer than two; `status` is that of the mean.
+        have a value there, NaN of fewer than two.
     """
     if frame not in FRAMES:
         raise ScenarioError(f"frame = {show(frame)}: is not known; {suggestion(str(frame), FRAMES)}")
     _check_matrices(R)
     runs = RunStatistics(R, dim, *MATRIX, new=(AXIS + OTHER,))
-    mean = mean_rotation(R, dim) if mean is None else mean
-    of_mean = mean if isinstance(mean, xr.Dataset) and {"mean", "status"} <= set(mean) else None
-    M = _at_labels(runs, _one_or_labelled("mean", mean))
+    M = _at_labels(runs, _one_or_labelled("mean", mean_rotation(R, dim) if mean is None else mean))
 
     def work(block: Block) -> Found:
         parts = []
-        for first, A, finite, _ in _portions(runs, block):
+        for first, A, finite in _portions(runs, block):
             B = so3.transpose(tuple(x[:, None] for x in _nine(M[first : first + len(finite)])))
             u = so3.log(so3.multiply(B, A) if frame == "body" else so3.multiply(A, B))
             parts.append(moments(np.where(finite[..., None], np.stack(u, axis=-1), np.nan)))
@@ -155,14 +154,12 @@ def rotation_covariance(
 
     what = "log(mean^T R)" if frame == "body" else "log(R mean^T)"
     named = described("rad2", f"covariance of the rotation vectors {what}", frame)
-    found = runs.labelled(runs.gather(work), named, second_axis(R))
-    return found if of_mean is None else found.assign(status=of_mean["status"])
+    return runs.labelled(runs.gather(work), named, second_axis(R))
 
 
-def _portions(runs: RunStatistics, block: Block) -> Iterator[tuple[int, so3.Matrix3, np.ndarray, np.ndarray]]:
+def _portions(runs: RunStatistics, block: Block) -> Iterator[tuple[int, so3.Matrix3, np.ndarray]]:
     """The rotations of some labels at a time: the number of the first, nine numbers (labels, runs), I where they are
-    not known, which are, and how well angles between them are known (labels,), rad."""
-    rounded = np.finfo(np.result_type(runs.x.dtype, np.float32)).eps
+    not known, and which are."""
     for here in _pieces(len(block.values), block.values.size // 9):
         first = block.first + here.start
 
@@ -170,8 +167,7 @@ def _portions(runs: RunStatistics, block: Block) -> Iterator[tuple[int, so3.Matr
             label = runs.place(first + int(index[0]))
             return f"{runs.dim} {block.runs[index[1]]}" + (f", {label}" if label else "")
 
-        R, finite, deviation = _rotations(block.values[here], place)
-        yield first, R, finite, LOOSE * np.maximum(deviation.max(axis=1), rounded)
+        yield first, *_rotations(block.values[here], place)
 
 
 def _pieces(labels: int, rotations: int) -> Iterator[slice]:
@@ -186,9 +182,9 @@ def _nine(R: np.ndarray) -> so3.Matrix3:
     return tuple(np.ascontiguousarray(np.moveaxis(R.reshape(*R.shape[:-2], 9), -1, 0)))
 
 
-def _rotations(R: np.ndarray, place: Callable[[tuple[int, ...]], str]) -> tuple[so3.Matrix3, np.ndarray, np.ndarray]:
-    """Matrices (..., 3, 3) as nine numbers (...), which are there, I standing for the others, and the largest element
-    of R^T R - I of each. Refuse those that are no rotations; place(index) says where."""
+def _rotations(R: np.ndarray, place: Callable[[tuple[int, ...]], str]) -> tuple[so3.Matrix3, np.ndarray]:
+    """Matrices (..., 3, 3) as nine numbers (...), and which are there, I standing for the others. Refuse those that are
+    no rotations; place(index) says where."""
     nine = _nine(R)
     finite = np.isfinite(sum(nine))
     nine = tuple(np.where(finite, x, one) for x, one in zip(nine, so3.IDENTITY, strict=True))
@@ -202,7 +198,7 @@ def _rotations(R: np.ndarray, place: Callable[[tuple[int, ...]], str]) -> tuple[
         where = f" at {text}" if (text := place(index)) else ""
         raise ScenarioError(f"the matrix{where} is no rotation, since {what}; give rotation matrices, such as those of "
                             'ds["rotation"]')  # fmt: skip
-    return nine, finite, deviation
+    return nine, finite
 
 
 def _check(R: xr.DataArray) -> None:
@@ -254,11 +250,3 @@ def _check_matrices(R: xr.DataArray) -> None:
     check_numbers(R, *MATRIX)
     if any(R.sizes[name] != 3 for name in MATRIX):
         raise ScenarioError(f"{R.name or 'R'}: has not 3 entries along axis and body_axis; give whole matrices")
-
-
-def _flags() -> dict[str, Any]:
-    return {
-        "flag_values": np.array(list(STATUSES), dtype=np.int8),
-        "flag_meanings": " ".join(name for name, _ in STATUSES.values()),
-        "comment": "\n".join(f"{name}: {sentence}" for name, sentence in STATUSES.values()),
-    }

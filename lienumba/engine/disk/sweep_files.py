@@ -61,7 +61,7 @@ class SweepFiles:
         return found
 
     def some(self, name: str, labels: np.ndarray) -> np.ndarray:
-        """What these runs (ascending) have of a variable."""
+        """The values of a variable of these runs (ascending)."""
         found: np.ndarray | None = None
         for source in reversed(self.of("run")):
             own = np.isin(source.labels, labels)

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lienumba.batch.statuses import GOOD, NON_FINITE, UNDEFINED
-from lienumba.engine.linear.course import Column
-from lienumba.engine.quality.undefined_laws import first_undefined
+from lienumba.engine.quality.undefined_laws import Column, first_undefined
 from lienumba.engine.simulate import Runs
 from lienumba.scenario.resolve import Scenario
 from lienumba.store.layout import RELATIVE_DRIFT

@@ -5,9 +5,10 @@ from collections.abc import Callable
 from lienumba.engine.rare.design_points import form
 from lienumba.engine.rare.estimate import Estimate, Margins
 from lienumba.engine.rare.importance import importance
-from lienumba.engine.rare.second_order import sorm
 from lienumba.engine.rare.subset import subset
 
 METHODS: dict[str, Callable[[Margins, int, int, int, float], Estimate]] = {
-    "subset": subset, "importance": importance, "form": form, "sorm": sorm,
-}  # fmt: skip
+    "subset": subset,
+    "importance": importance,
+    "form": form,
+}

@@ -17,8 +17,8 @@ from lienumba.words import show, suggestion
 if TYPE_CHECKING:
     import xarray as xr
 
-RUNS = {"subset": 2400, "importance": 6000, "form": 40, "sorm": 40}
-EXPECTED = {"subset": 6.4, "importance": 1.1, "form": 10.0, "sorm": 20.0}  # runs in all, of those asked for
+RUNS = {"subset": 2400, "importance": 6000, "form": 40}
+EXPECTED = {"subset": 6.4, "importance": 1.1, "form": 10.0}  # runs in all, of those asked for
 
 
 def rare(
@@ -48,7 +48,7 @@ def rare(
     method : str
         "subset" (subset simulation, with whatever limit), "importance" (sampling about the points where failures are
         most probable: narrower, where there are few of these), "form" (the limit is taken for a plane there: no
-        interval), "sorm" (for a paraboloid).
+        interval).
     runs : int, optional
         Of each level of "subset" (2,400), or that "importance" draws (6,000).
     confidence : float

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from lienumba.errors import BadValueError
 from lienumba.importing.mapping.draft import GROUND, Draft
 from lienumba.importing.mapping.frames import Frame, neat, quaternion, tidy
 from lienumba.importing.mapping.source import Source
@@ -23,7 +24,12 @@ def add_shapes(source: Source, draft: Draft, tree: Tree) -> None:
     meshes: dict[int, dict[str, Any]] = {}
     for geom in _shown(source):
         name, frame = tree.on(source, int(source.model.geom_bodyid[geom]))
-        shape = _shape(source, geom, meshes)
+        try:
+            shape = _shape(source, geom, meshes)
+        except BadValueError as error:
+            mesh = source.name("mesh", int(source.model.geom_dataid[geom]))
+            draft.note("mesh of too many triangles, left out", f'mesh "{mesh}" {error.problem.rule}', lost=False)
+            continue
         if shape is None:
             continue
         there = frame @ Frame.of(source.model.geom_pos[geom], source.model.geom_quat[geom])

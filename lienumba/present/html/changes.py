@@ -17,7 +17,7 @@ from lienumba.scene.switching import LOOKS
 MOST_POINTS = 5000  # changes that are drawn
 MOST_CHARTS = 6  # of switches that are seen at once
 ROW, HEAD = 26, 110  # pixels of a kind of change, and of axes
-SHADES = {"closed": ("--c0", "45%"), "sliding": ("--c1", "45%")}
+SHADES = {"closed": 0, "sliding": 1}  # colours
 SYMBOLS = {
     "locked": "◆ locked",
     "open": "○ open",
@@ -75,14 +75,14 @@ def _modes(one: Modes) -> Chart:
     """How many runs have a switch closed, and how many have it sliding, over the time, on each other."""
     traces: list[Json] = []
     for name, counts in one.counts.items():
-        shade, part = SHADES[name]
-        own: Json = {"stackgroup": "runs", "fillcolor": f"{shade} {part}", "width": 1}
+        shade = SHADES[name]
+        own: Json = {"stackgroup": "runs", "fillcolor": chart.color(shade, 0.45), "width": 1}
         text = f"%{{y:,}} {name}<extra></extra>"
-        traces.append(chart.line(one.times, counts, name, shade, hovertemplate=text, **own))
+        traces.append(chart.line(one.times, counts, name, chart.color(shade), hovertemplate=text, **own))
     if one.ended.any():
         text = "%{y:,} runs go on<extra></extra>"
         own = {"dash": "dot", "width": 1.2, "hovertemplate": text}
-        traces.append(chart.line(one.times, one.runs - one.ended, "runs that go on", "--ink", **own))
+        traces.append(chart.line(one.times, one.runs - one.ended, "runs that go on", chart.INK, **own))
     layout = {
         "xaxis": chart.axis("time (s)", hoverformat=".5~g"),
         "yaxis": {"range": [0, 1.05 * one.runs], "title": {"text": "runs"}},

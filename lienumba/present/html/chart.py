@@ -1,7 +1,4 @@
-"""Charts as plotly.js draws them: traces and layouts of plain numbers and texts, without any data of plotly's own.
-
-Colours are names of custom properties of the page (`assets/theme.js`), so that charts follow its theme.
-"""
+"""Charts as plotly.js draws them: traces and layouts of plain numbers and texts."""
 
 from __future__ import annotations
 
@@ -13,14 +10,32 @@ from typing import Any
 
 import numpy as np
 
+from lienumba.figures.canvas import COLORS
 from lienumba.present.html.markup import Markup, element, folded, join
 
 Json = dict[str, Any]  # what plotly.js and the scripts of the page read
-COLORS = 7  # of the palette, --c0 to --c6
+INK, QUIET, LINE = "#1d2125", "#5c646c", "#e3e4e0"
 DASHES = ("solid", "dash", "dot", "dashdot")
 MOST_POWERS = 6  # of ten, on an axis
 FEW_POWERS = 2  # over which one reads values between them too
 KINDS = {"f8": "<f8", "f4": "<f4", "i2": "<i2", "u2": "<u2", "u4": "<u4"}
+
+
+AXIS: Json = {
+    "gridcolor": LINE,
+    "linecolor": LINE,
+    "zerolinecolor": LINE,
+    "automargin": True,
+    "exponentformat": "power",
+}
+LAYOUT: Json = {
+    "font": {"family": "system-ui, sans-serif", "size": 12, "color": INK},
+    "margin": {"l": 12, "r": 14, "t": 10, "b": 8},
+    "hovermode": "x unified",
+    "showlegend": False,
+    "legend": {"orientation": "h", "x": 0, "y": 1, "yanchor": "bottom"},
+    "height": 260,
+}
 
 
 @dataclass(frozen=True)
@@ -37,7 +52,8 @@ class Chart:
 
     @property
     def data(self) -> Json:
-        return {"traces": self.traces, "layout": self.layout}
+        axes = {key: {**AXIS, **self.layout.get(key, {})} for key in ("xaxis", "yaxis")}
+        return {"traces": self.traces, "layout": {**LAYOUT, **self.layout, **axes}}
 
 
 @dataclass(frozen=True)
@@ -67,17 +83,24 @@ def _place(name: str, chart: Chart) -> Markup:
     unit = [" ", element("small", chart.unit)] if chart.unit else []
     note = [element("br"), element("small", chart.note)] if chart.note else []
     caption = element("figcaption", chart.title, *unit, *note)
-    return element("figure", caption, element("div", class_="plot", data_chart=name))
+    height = f"height: {chart.layout.get('height', LAYOUT['height'])}px"
+    return element("figure", caption, element("div", class_="plot", style=height, data_chart=name))
 
 
-def color(n: int, share: str = "") -> str:
+def color(n: int, share: float = 1.0) -> str:
     """The colour of the n-th line, or a share of it."""
-    return f"--c{n % COLORS} {share}".strip()
+    return shaded(COLORS[n % len(COLORS)], share)
+
+
+def shaded(color: str, share: float) -> str:
+    """A share of a colour; the rest is what lies behind."""
+    red, green, blue = (int(color[n : n + 2], 16) for n in (1, 3, 5))
+    return color if share == 1.0 else f"rgba({red}, {green}, {blue}, {share:g})"
 
 
 def dash(n: int) -> str:
     """Lines of the same colour differ in their dashes."""
-    return DASHES[n // COLORS % len(DASHES)]
+    return DASHES[n // len(COLORS) % len(DASHES)]
 
 
 def packed(values: np.ndarray, kind: str = "f8") -> dict[str, str]:

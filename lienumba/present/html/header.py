@@ -22,13 +22,11 @@ from lienumba.words import listed, plural
 def header(ds: xr.Dataset, told: Markup | None = None) -> Markup:
     """Title, verdict, and what the runs are of; told: the verdict, where it is not one of runs or of a study."""
     failed = int((~ds["status"].isin(GOOD)).sum())
-    button = element("button", "Theme", id="theme", type="button", title="light or dark")
-    top = element("div", element("span", "lienumba report", class_="brand"), button, class_="top")
     title = element("h1", str(ds.attrs.get("title", "")) or "Untitled")
     if told is None:
         told = _study_verdict(ds, failed) if is_study(ds) else _verdict(summarise(ds), counts(ds))
     ran = element("p", told, class_="verdict failed" if failed else "verdict")
-    return join([top, title, *verdict.headline(ds), ran, element("p", " · ".join(_size(ds)), class_="quiet")])
+    return join([title, *verdict.headline(ds), ran, element("p", " · ".join(_size(ds)), class_="quiet")])
 
 
 def scenario_of(ds: xr.Dataset) -> Tables:

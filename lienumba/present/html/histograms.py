@@ -52,7 +52,7 @@ def histogram(one: Column, labels: np.ndarray, shade: int) -> Chart:
             "y": chart.packed(np.histogram(sampled, edges)[0]),
             "width": chart.packed(np.diff(edges)),
             "customdata": chart.packed(np.stack([edges[:-1], edges[1:]], axis=1)),
-            "marker": {"color": chart.color(shade, "70%"), "line": {"width": 0}},
+            "marker": {"color": chart.color(shade, 0.7), "line": {"width": 0}},
             "hovertemplate": "%{y:,} runs from %{customdata[0]:.4~g} to %{customdata[1]:.4~g}<extra></extra>",
         }
     ]
@@ -65,5 +65,5 @@ def histogram(one: Column, labels: np.ndarray, shade: int) -> Chart:
 
 
 def _upright(x: float) -> Json:
-    style = {"color": "--ink", "width": 1.5, "dash": "dash"}
+    style = {"color": chart.INK, "width": 1.5, "dash": "dash"}
     return {"type": "line", "x0": x, "x1": x, "y0": 0, "y1": 1, "yref": "paper", "line": style}

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
 from lienumba.analysis.text_table import WORD, TextTable, number_text
 from lienumba.words import is_number
 
-VOID = {"input", "br", "wbr"}
+VOID = {"input", "br"}
 RAISED = str.maketrans("0123456789−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 
@@ -35,26 +34,13 @@ def join(children: Iterable[str]) -> Markup:
 
 
 def table(headings: Sequence[str], rows: Iterable[Sequence[str]], words: int, prose: bool = False) -> Markup:
-    """A table that tables.js makes fit its place; words: so many columns from the left hold words, the others numbers;
-    prose: some hold sentences."""
+    """A table; words: so many columns from the left hold words, the others numbers; prose: some hold sentences."""
     kinds = ["word" if n < words else "number" for n in range(len(headings))]
     head = element("tr", *(element("th", text, class_=kind) for text, kind in zip(headings, kinds, strict=True)))
-    body = (element("tr", *(_cell(*place) for place in zip(row, kinds, headings, strict=True))) for row in rows)
+    lines = ([element("td", text, class_=kind) for text, kind in zip(row, kinds, strict=True)] for row in rows)
+    body = (element("tr", *line) for line in lines)
     whole = element("table", element("thead", head), element("tbody", *body))
-    kind = "scroll prose" if prose else "scroll"
-    return element("div", whole, class_=kind, tabindex="0", role="region", aria_label=", ".join(headings))
-
-
-def _cell(text: str, kind: str, heading: str) -> Markup:
-    return element("td", breakable(text) if kind == "word" else text, class_=kind, data_label=heading)
-
-
-def breakable(text: str) -> Markup:
-    """A text that may be broken behind the dots and lines within its names, and nowhere else within words."""
-    if isinstance(text, Markup):
-        return text
-    first, *rest = re.split(r"(?<=[._])(?=[^\W\d_])", text)
-    return join([first, *(join([element("wbr"), part]) for part in rest)])
+    return element("div", whole, class_="scroll prose" if prose else "scroll", tabindex="0")
 
 
 def text_table(found: TextTable) -> Markup:

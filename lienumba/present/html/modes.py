@@ -47,11 +47,7 @@ def sections(ds: xr.Dataset, name: str, extra: Json) -> Iterator[Section]:
         key = f"modes-{n}" if n else "modes"
         yield section(key, f"Modes at t = {time:g} s", text_table(rows.table), *notes, charts=charts)
     runs = as_runs(ds)
-    ranks, numbers = sensitivity.sensitivity(runs, sensitivity.columns(runs))
-    if ranks is not None:
-        yield ranks
-    if numbers:
-        extra["sensitivity"] = numbers
+    yield from sensitivity.sections(runs, sensitivity.columns(runs))
 
 
 def _seen(ds: xr.Dataset, name: str) -> Scene | str:
@@ -70,7 +66,7 @@ def _plane(own: xr.Dataset) -> Chart:
         "xaxis": chart.axis("real part (1/s)"), "yaxis": chart.axis("imaginary part (rad/s)"), "hovermode": "closest",
         "showlegend": own.sizes["mode"] <= MOST_NAMED, "height": 340,
         "shapes": [{"type": "line", "x0": 0, "x1": 0, "y0": 0, "y1": 1, "yref": "paper",
-                    "line": {"color": "--quiet", "width": 1}}],
+                    "line": {"color": chart.QUIET, "width": 1}}],
     }  # fmt: skip
     hover = "run %{customdata}: %{x:.4~g} ± %{y:.4~g} i"
     kept = _kept(own)

@@ -19,7 +19,7 @@ import xarray as xr
 from lienumba.errors import ScenarioError
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.present.html import changes
-from lienumba.present.html.chart import COLORS, Json, Section, packed, section
+from lienumba.present.html.chart import Json, Section, color, packed, section
 from lienumba.present.html.clipping import within
 from lienumba.present.html.markup import Markup, element, sentence
 from lienumba.present.html.time_series import MarkedRun
@@ -36,6 +36,7 @@ LARGEST_TURN = 0.4  # rad between frames, where the course has such times
 MOST_RUNS = 8
 CYCLE = 2.0  # s that a mode takes
 UNIT = 32767  # of the integers of a quaternion
+WHITE = 0.3  # in the lighter half of a body that spins
 POSE = 3 * 4 + 4 * 2  # bytes of a body in a frame
 VIEW = (0.9, 1.7, 0.75)  # to the right, to the front and up: from where one looks
 FLAT = 0.45  # of the largest extent: where a mechanism extends less than this, one looks along that axis
@@ -67,7 +68,7 @@ def section_of(found: Scene | str) -> Section:
 def _stage(found: Scene) -> list[Markup]:
     play = element("button", "Play", id="play", type="button")
     slider = element("input", id="time", type="range", min="0", max="1000", value="0", step="1", aria_label="time")
-    track = element("div", play, slider, element("output", id="clock"), class_="track")
+    track = element("div", play, slider, element("output", id="clock"), class_="controls")
     speed = element("label", "speed ", element("select", id="speed"))
     run = element("label", "mode " if found.cycles else "run ", element("select", id="run"))
     other = [element("label", "beside ", element("select", id="beside"))] if len(found.runs) > 1 else []
@@ -78,8 +79,8 @@ def _stage(found: Scene) -> list[Markup]:
     words = [] if all(clad) else [f"{which} is the box or cylinder that has its mass and its moments of inertia"]
     words += ["the view travels with the mass centre of the mechanism"] if found.followed else []
     return [
-        element("figure", place, element("div", track, class_="controls"),
-                element("div", run, *other, speed, class_="controls choices"), class_="stage"),
+        element("figure", place, track,
+                element("div", run, *other, speed, class_="controls")),
         *changes.key(found),
         *([element("p", sentence("; ".join(words)), class_="quiet")] if words else []),
         *(element("p", sentence(remark), class_="quiet") for remark in found.remarks),
@@ -174,8 +175,14 @@ def _colors(body: int, solid: Solid) -> list[str]:
     """Of each triangle: its own, or that of the body, lighter in shapes, where shadows tell more, and in one half of a
     cylinder."""
     if solid.colours:
-        return [own or f"--s{body % COLORS}" for own in solid.colours]
-    return [f"--{'s' if half else 'c'}{body % COLORS}" for half in _halves(solid)]
+        return [own or _light(body) for own in solid.colours]
+    return [_light(body) if half else color(body) for half in _halves(solid)]
+
+
+def _light(body: int) -> str:
+    """The colour of a body with some white."""
+    parts = (int(color(body)[n : n + 2], 16) for n in (1, 3, 5))
+    return "#" + "".join(f"{round((1.0 - WHITE) * part + WHITE * 255):02x}" for part in parts)
 
 
 def _halves(solid: Solid) -> list[int]:

@@ -58,10 +58,6 @@ def _of_runs(ds: xr.Dataset, seen: Scene | str, name: str, extra: Json) -> Itera
         yield chart.section("weights", "Weights", element("p", sentence(f"below, {ds.attrs['weights']}")))
     yield from time_series.sections(ds, motion.marked(seen))
     columns = sensitivity.columns(ds)
-    section, numbers = sensitivity.sensitivity(ds, columns)
-    if section is not None:
-        yield section
-    if numbers:
-        extra["sensitivity"] = numbers
+    yield from sensitivity.sections(ds, columns)
     if ds.sizes["run"] > 1:
         yield from histograms.sections(columns)

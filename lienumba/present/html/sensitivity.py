@@ -2,30 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
-from lienumba.analysis.labels import time_label, unit_label
+from lienumba.analysis.labels import named, time_label, unit_label
 from lienumba.analysis.sensitivities import outputs
 from lienumba.analysis.sensitivities.sensitivity import sensitivity as analysed
-from lienumba.analysis.sensitivities.sensitivity_rows import OutputRows, sensitivity_rows
-from lienumba.analysis.text_table import NONE
+from lienumba.analysis.sensitivities.sensitivity_rows import SensitivityRows, sensitivity_rows
 from lienumba.errors import ScenarioError
-from lienumba.present.html.chart import Json, Section, packed, section
+from lienumba.figures.canvas import COLORS
+from lienumba.present.html.chart import Chart, Json, Section, axis, color, packed, plain, section
 from lienumba.present.html.markup import Markup, element, sentence, text_table
 from lienumba.store.layout import FAILED
 
-MOST_POINTS = 1500  # of the scatter
-MOST_NUMBERS = 40_000  # of all columns together
-MOST_INPUTS = 24  # columns of the matrix: the strongest
-NUMBERS = (  # that the page draws
-    "rank_correlation", "rank_correlation_low", "rank_correlation_high", "input_low", "input_high", "low", "high",
-    "change", "change_low", "change_high", "first_order", "first_order_low", "first_order_high",
-    "total_order", "total_order_low", "total_order_high",
-)  # fmt: skip
+MOST_POINTS = 1500  # of a scatter
+MOST_INPUTS = 12  # rows of a table
 
 
 @dataclass(frozen=True)
@@ -63,97 +57,62 @@ def columns(ds: xr.Dataset) -> Columns:
     return Columns(labels, inputs, found)
 
 
-def sensitivity(ds: xr.Dataset, read: Columns) -> tuple[Section | None, Json]:
-    """The section, and what its script draws; no section where nothing is varied."""
+def sections(ds: xr.Dataset, read: Columns) -> Iterator[Section]:
+    """Rank correlations, tornados and indices, and of each output the points over its strongest input; nothing where
+    nothing is varied."""
     if not read.inputs or ds.sizes["run"] < 2:
-        return None, {}
+        return
     try:
         found = sensitivity_rows(analysed(ds))
     except ScenarioError as error:
-        return section("sensitivity", TITLE, element("p", sentence(str(error)))), {}
-    first, inputs = found.strongest[:MOST_INPUTS], len(found.outputs[0].inputs)
-    outputs = [replace(x, inputs=[x.inputs[k] for k in first]) for x in found.outputs]
-    points = _points(ds, read, [x.name for x in outputs], [x.name for x in outputs[0].inputs])
+        yield section("sensitivity", TITLE, element("p", sentence(str(error))))
+        return
+    parts: list[Markup] = []
+    for one in found.outputs:
+        table, more = one.tornado(MOST_INPUTS)
+        parts += [element("h3", one.headline + more), text_table(table)]
+        if one.sobol_headline:
+            table, more = one.sobol(MOST_INPUTS)
+            parts += [element("h4", one.sobol_headline + more), text_table(table)]
+        if effects := one.effects(MOST_INPUTS):
+            parts += [element("h4", effects[0]), text_table(effects[1])]
+    runs = np.flatnonzero(read.labels >= 0)
+    kept = runs[np.unique(np.linspace(0, len(runs) - 1, MOST_POINTS).round().astype(int))]
     notes = [*found.notes]
-    if len(first) < inputs:
-        notes.append(f"shown are the {len(first)} inputs of {inputs} with the largest rank correlations")
-    indices = any(row.explained != NONE for x in found.outputs for row in x.inputs)
-    body = _body(indices, [*notes, points.pop("note")])
-    for output in found.outputs:
-        for headline, rows in output.others(MOST_INPUTS):
-            body += [element("h3", headline), text_table(rows)]
-    return section("sensitivity", TITLE, *body), {**_numbers(outputs), **points}
+    if len(kept) < len(runs):
+        notes.append(f"of {len(runs):,} runs {len(kept):,} are drawn, evenly over their labels; all count")
+    said = [element("p", sentence("; ".join(notes)), class_="quiet")] if notes else []
+    charts = [_ranks(found, found.strongest[:MOST_INPUTS]), *_scatters(read, found, kept)]
+    yield section("sensitivity", TITLE, *parts, *said, charts=charts)
+
+
+def _ranks(found: SensitivityRows, strongest: Sequence[int]) -> Chart:
+    """The rank correlations of outputs (rows) and the strongest inputs (columns)."""
+    ranks = np.array([[x.inputs[k].numbers["rank_correlation"] for k in strongest] for x in found.outputs])
+    outputs, inputs = [x.name for x in found.outputs], [found.outputs[0].inputs[k].name for k in strongest]
+    trace: Json = {
+        "type": "heatmap", "z": packed(ranks), "x": [plain(x) for x in inputs], "y": [plain(x) for x in outputs],
+        "zmin": -1, "zmax": 1, "colorscale": [[0, COLORS[1]], [0.5, "#ffffff"], [1, COLORS[0]]],
+        "texttemplate": "%{z:.2f}", "hovertemplate": "%{y} over %{x}: %{z:.3f}<extra></extra>",
+    }  # fmt: skip
+    layout: Json = {"hovermode": "closest", "height": 160 + 30 * len(outputs), "yaxis": {"autorange": "reversed"}}
+    return Chart("Spearman's rank correlations", [trace], layout)
+
+
+def _scatters(read: Columns, found: SensitivityRows, kept: np.ndarray) -> Iterator[Chart]:
+    """Each output over the input that is strongest for it."""
+    values, inputs = {x.name: x for x in read.outputs}, {x.name: x for x in read.inputs}
+    for one in found.outputs:
+        strong = max(one.inputs, key=lambda row: row.strength if row.strength == row.strength else -1.0)
+        if one.name in values and strong.name in inputs:
+            over, own = inputs[strong.name], values[one.name]
+            trace: Json = {
+                "type": "scatter", "mode": "markers", "x": packed(over.values[kept]), "y": packed(own.values[kept]),
+                "customdata": packed(read.labels[kept]), "marker": {"size": 4, "color": color(0, 0.6)},
+                "hovertemplate": "run %{customdata}: %{x:.4~g}, %{y:.4~g}<extra></extra>",
+            }  # fmt: skip
+            layout: Json = {"hovermode": "closest", "xaxis": axis(named(over.name, over.unit))}
+            yield Chart(f"{one.name} over {over.name}", [trace], layout, own.unit, own.at)
 
 
 TITLE = "What depends on what"
-
-
-def _numbers(outputs: Sequence[OutputRows]) -> Json:
-    """What was found of each output (rows) and input (columns)."""
-    numbers = {name: np.array([row.numbers[name] for x in outputs for row in x.inputs]) for name in NUMBERS}
-    return {
-        "outputs": [
-            {"name": x.name, "unit": unit_label(x.units), "at": time_label(x.time), "runs": x.runs} for x in outputs
-        ],
-        "inputs": [{"name": x.name, "unit": unit_label(x.units)} for x in outputs[0].inputs],
-        "numbers": {name: packed(values) for name, values in numbers.items() if not np.isnan(values).all()},
-    }
-
-
-def _points(ds: xr.Dataset, read: Columns, out: Sequence[str], given: Sequence[str]) -> Json:
-    """The runs of the scatter, evenly over the sweep: as many as a screen shows."""
-    runs = np.flatnonzero(read.labels >= 0)
-    most = max(min(MOST_POINTS, MOST_NUMBERS // (len(out) + len(given))), 200)
-    kept = runs[np.unique(np.linspace(0, len(runs) - 1, most).round().astype(int))]
-    values = {x.name: x.values[kept] for x in (*read.outputs, *read.inputs)}
-    if "failed" in out:
-        values["failed"] = np.isnan(read.outputs[0].values[kept]).astype(float) if read.outputs else np.zeros(len(kept))
-    note = (
-        f"of {len(runs):,} runs {len(kept):,} are drawn, evenly over their labels; all count"
-        if len(kept) < len(runs)
-        else ""
-    )
-    return {
-        "labels": read.labels[kept].tolist(),
-        "points": {"outputs": [packed(values[x]) for x in out if x in values],
-                   "inputs": [packed(values[x]) if x in values else None for x in given]},
-        "note": note,
-    }  # fmt: skip
-
-
-def _body(sobol: bool, notes: Sequence[str]) -> list[Markup]:
-    """Places for what the script makes."""
-    matrix = element(
-        "div",
-        element("table", id="matrix", class_="matrix"),
-        class_="scroll",
-        tabindex="0",
-        role="region",
-        aria_label=RANKS,
-    )
-    choice = element(
-        "div",
-        element("label", "output ", element("select", id="output")),
-        element("label", "input ", element("select", id="input")),
-        class_="controls choices",
-    )
-    charts = [
-        ("scatter", "scatter-caption"),
-        ("tornado", "tornado-caption"),
-        *([("sobol", "sobol-caption")] if sobol else []),
-    ]
-    figures = (
-        element("figure", element("figcaption", id=caption), element("div", class_="plot", id=name))
-        for name, caption in charts
-    )
-    said = [element("p", sentence("; ".join(filter(None, notes))), class_="quiet")] if any(notes) else []
-    return [
-        element("p", RANKS + ": choose a pair.", class_="quiet"),
-        matrix,
-        choice,
-        element("div", *figures, class_="panels"),
-        *said,
-    ]
-
-
-RANKS = "Spearman's rank correlations of outputs and inputs"

@@ -76,7 +76,7 @@ def _chart(ds: xr.Dataset, name: str, cost: str) -> Chart:
 
 def _doubtful(end: float, least: float) -> list[Json]:
     """The area up to an error, above the least that is shown."""
-    style = {"fillcolor": "--ink 7%", "line": {"width": 0}, "layer": "below"}
+    style = {"fillcolor": chart.shaded(chart.INK, 0.07), "line": {"width": 0}, "layer": "below"}
     area = {"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "y0": least, "y1": end}
     return [{**area, **style}] if end > least else []
 

@@ -1,64 +1,38 @@
-"""How the runs ended, and where: cards, failures with their remedies, quantiles."""
+"""How the runs ended, and where: counts, failures with their remedies, quantiles."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import xarray as xr
 
-from lienumba.analysis.labels import unit_label
 from lienumba.analysis.outcomes import Counts, counts
-from lienumba.analysis.summary import Quantiles, Summary, summarise
-from lienumba.analysis.summary_rows import (
-    QuantileRows,
-    change_table,
-    happened_headings,
-    happened_times,
-    largest,
-    quantile_rows,
-    remarks,
-)
+from lienumba.analysis.summary import Summary, summarise
+from lienumba.analysis.summary_rows import change_table, largest, remarks
+from lienumba.analysis.summary_text import tables
 from lienumba.present.html.chart import Section, section
-from lienumba.present.html.markup import (
-    Markup,
-    breakable,
-    element,
-    folded,
-    join,
-    number,
-    sentence,
-    table,
-    text_table,
-    typeset,
-)
-from lienumba.words import listed
-
-MOST_ROWS = 300  # of the folded table
+from lienumba.present.html.markup import Markup, element, facts, number, sentence, table, text_table
 
 
 def summary(ds: xr.Dataset, name: str) -> Section:
     """The section; name: of the file of the dataset."""
     found, ran = summarise(ds), counts(ds)
-    parts = [element("div", *_cards(found, ran), class_="cards"), *_ends(ran, name)]
-    parts += _quantiles(f"At t = {found.final_time:g} s", quantile_rows(found.final, found.finished))
-    rows = quantile_rows(found.ended, found.spread - found.finished)
-    parts += [*_quantiles("Last states of runs that an event ended", rows), *_events(found)]
-    parts += _quantiles("Of each run", quantile_rows(found.kept, found.spread))
+    parts = [facts(_counts(found, ran)), *_ends(ran, name)]
+    for part in tables(found):
+        if isinstance(part, str) or part[0] == found.changes_told:
+            continue  # changes have a section of their own
+        parts += [element("h3", sentence(part[0])), text_table(part[1])]
     parts += (element("p", sentence(text)) for text in remarks(found))
     return section("summary", "Summary", *parts)
 
 
-def _cards(found: Summary, ran: Counts) -> Iterator[Markup]:
+def _counts(found: Summary, ran: Counts) -> Iterator[tuple[str, str]]:
     failed, nominal = ran.runs - ran.good, ran.nominal is not None and not ran.nominal.good
-    yield _card(f"{ran.good:,}", ("good run" if ran.good == 1 else "good runs") + ("" if nominal else ran.beside))
+    yield "good runs", f"{ran.good:,}" + ("" if nominal else ran.beside)
     if failed or nominal or ran.runs > 1:
-        yield _card(f"{failed:,}", "failed" + (ran.beside if nominal else ""), bad=failed > 0 or nominal)
+        yield "failed", f"{failed:,}" + (ran.beside if nominal else "")
     for name, value, unit in largest(found):
-        yield _card(f"{number(value, 2)} {unit}".strip(), f"largest {name}")
-
-
-def _card(value: str, name: str, bad: bool = False) -> Markup:
-    return element("div", element("b", value), element("span", name), class_="card bad" if bad else "card")
+        yield f"largest {name}", f"{number(value, 2)} {unit}".strip()
 
 
 def _ends(ran: Counts, name: str) -> Iterator[Markup]:
@@ -76,26 +50,6 @@ def _ends(ran: Counts, name: str) -> Iterator[Markup]:
     yield element("p", "Look at one, with its whole course: ", element("code", f"lienumba replay {name} --run {label}"))
 
 
-def _quantiles(heading: str, found: QuantileRows) -> Iterator[Markup]:
-    """Quantiles over so many runs; those of other bodies folded."""
-    if not found.first:
-        return
-    yield element("h3", heading + (f", over {found.runs:,} runs" if found.runs > 1 else ""))
-    yield _table(found, found.first)
-    if found.rest:
-        others = listed(f"{number} {kind}" for kind, number in found.others.items())
-        more = f", the first {MOST_ROWS:,} of {len(found.rest):,} rows" if len(found.rest) > MOST_ROWS else ""
-        yield folded(f"The other {others}{more}", _table(found, found.rest[:MOST_ROWS]))
-
-
-def _events(found: Summary) -> Iterator[Markup]:
-    """When events first happened."""
-    if found.events:
-        rows = [[x.name, f"{x.runs:,}", *map(typeset, happened_times(found, x)), "s"] for x in found.events]
-        yield element("h3", "Events, the first of each run")
-        yield table(happened_headings(found), rows, 1)
-
-
 def changes(ds: xr.Dataset) -> Iterator[Markup]:
     """What changed in the mechanism, and when."""
     found = summarise(ds)
@@ -103,16 +57,3 @@ def changes(ds: xr.Dataset) -> Iterator[Markup]:
         yield element("p", sentence(found.changes_told), class_="quiet")
     if found.changes:
         yield text_table(change_table(found))
-
-
-def _table(found: QuantileRows, rows: Sequence[Quantiles]) -> Markup:
-    """On a narrow screen the first column holds all words."""
-    words = ["quantity", *(["of"] if any(row.body for row in rows) else []), "axis"]
-    lines = []
-    for row in rows:
-        of = [row.body] if "of" in words else []
-        unit = unit_label(row.units)
-        also = " ".join(filter(None, [*of, row.axis, f"({unit})" if unit else ""]))
-        first = join([breakable(row.quantity), element("span", f" {also}", class_="also")])
-        lines.append([first, *of, row.axis, *map(typeset, found.numbers(row)), unit])
-    return element("div", table([*words, *found.headings, "unit"], lines, len(words)), class_="quantiles")

@@ -28,10 +28,10 @@ UNIT = re.compile(r"\(([^()]*)\)$")
 STYLES = ("dashed", "dotted")  # the same, on the page
 
 KEY = {
-    "5 to 95 % of the runs": ("band", "background: color-mix(in srgb, var(--c0) 18%, transparent)"),
-    "25 to 75 %": ("band", "background: color-mix(in srgb, var(--c0) 40%, transparent)"),
-    "median": ("", "border-color: var(--c0)"),
-    "each run": ("", "border-color: color-mix(in srgb, var(--c0) 60%, transparent)"),
+    "5 to 95 % of the runs": ("band", f"background: {chart.color(0, 0.18)}"),
+    "25 to 75 %": ("band", f"background: {chart.color(0, 0.4)}"),
+    "median": ("", f"border-color: {chart.color(0)}"),
+    "each run": ("", f"border-color: {chart.color(0, 0.6)}"),
 }
 BANDS, EACH = ("5 to 95 % of the runs", "25 to 75 %", "median"), ("each run",)
 PEAKS = "dotted: largest of all runs; solid: median"
@@ -73,7 +73,7 @@ def _others(ds: xr.Dataset, shown: Sequence[Panel]) -> list[Panel]:
 def _key(charts: Sequence[Chart], marked: Sequence[MarkedRun] = ()) -> list[Markup]:
     """What the lines and areas of these charts are."""
     drawn = {name for one in charts for name in one.drawn}
-    lines = {x.name: ("", f"border-top: 2px {style} var(--ink)") for style, x in zip(STYLES, marked, strict=False)}
+    lines = {x.name: ("", f"border-top: 2px {style} {chart.INK}") for style, x in zip(STYLES, marked, strict=False)}
     rows = (
         element("li", element("i", class_=kind, style=style), name)
         for name, (kind, style) in {**KEY, **lines}.items()
@@ -158,8 +158,8 @@ class Pen:
             yield self.line(series.largest, f"{series.label}, largest of all runs", shade, **largest)
             yield self.line(np.where(enough, series.quantiles[2], np.nan), series.label or "median", shade, **group)
             return
-        yield from chart.band(self.x[many], low, high, chart.color(n, "18%"), **group)
-        yield from chart.band(self.x[many], lower, upper, chart.color(n, "26%"), **group)
+        yield from chart.band(self.x[many], low, high, chart.color(n, 0.18), **group)
+        yield from chart.band(self.x[many], lower, upper, chart.color(n, 0.26), **group)
         ends = {"customdata": chart.packed(np.stack([low, high], axis=1)), "dash": chart.dash(n), **group}
         text = f"%{{y:.4~g}} (%{{customdata[0]:.4~g}} to %{{customdata[1]:.4~g}}) {chart.plain(self.unit)}"
         yield chart.line(self.x[many], median, series.label or "median", shade, hovertemplate=text, **ends)
@@ -196,4 +196,4 @@ def _one(ds: xr.Dataset, panel: Panel, marked: MarkedRun, style: str, pen: Pen) 
     for n, series in enumerate(quantiles.time_series(alone, panel).lines):
         for values in series.each.values():  # none if it failed
             own: Json = {"showlegend": False, "legendgroup": str(n), "dash": style, "width": 1.3}
-            yield pen.line(values, f"{series.label} {marked.name}".strip(), "--ink", **own)
+            yield pen.line(values, f"{series.label} {marked.name}".strip(), chart.INK, **own)

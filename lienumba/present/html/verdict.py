@@ -61,7 +61,7 @@ def _both(ds: xr.Dataset, name: str, path: str) -> Chart:
         {
             "type": "bar", "name": label, "x": chart.packed(0.5 * edges[1:] + 0.5 * edges[:-1]),
             "y": chart.packed(np.histogram(values, edges)[0] / len(values)), "width": chart.packed(np.diff(edges)),
-            "marker": {"color": chart.color(shade, "60%"), "line": {"width": 0}},
+            "marker": {"color": chart.color(shade, 0.6), "line": {"width": 0}},
             "hovertemplate": "%{y:.2%} of those that " + label + "<extra></extra>",
         }
         for label, values, shade in zip(("meet it", "fail it"), groups, (0, 1), strict=True)

@@ -167,5 +167,5 @@ def print_summary(summary: "Summary", target: Path) -> None:
 
     output = wide_output(WIDTH)
     for part in parts(summary, str(target)):
-        output.print(part, markup=False)
+        output.print(part if isinstance(part, str) else part[1].on_terminal(part[0]), markup=False)
     output.print(f"written to {target}", markup=False)

@@ -27,7 +27,7 @@ def print_rare(ds: "xr.Dataset") -> None:
         return
     method = ds.attrs["method"]
     between = f", from {low:.3g} to {high:.3g} with a confidence of {100 * confidence:g} %"
-    said = f"a run does not meet it with a probability of {p:.3g}{'' if method in ('form', 'sorm') else between}"
+    said = f"a run does not meet it with a probability of {p:.3g}{'' if method == 'form' else between}"
     more = f", {failed:,} of which failed" if failed else ""
     output.print(f"{name}: {said} ({method}, {count}{more})", markup=False)
     if "design_point" not in ds.dims:

@@ -26,7 +26,7 @@ def print_sensitivity(found: "xr.Dataset") -> None:
         if one.sobol_headline:
             table, more = one.sobol(MOST_INPUTS)
             output.print(table.on_terminal(one.sobol_headline + more))
-        for headline, table in one.others(MOST_INPUTS):
-            output.print(table.on_terminal(headline))
+        if effects := one.effects(MOST_INPUTS):
+            output.print(effects[1].on_terminal(effects[0]))
     for line in filter(None, [LEGEND, *rows.notes, rows.chosen]):
         output.print(line, markup=False)

@@ -80,7 +80,7 @@ def check_scenario(raw: Keys, parameters: Parameters) -> Report:
         check_sweep(sweep, _numbers_of(model, lists), parameters, report)
         stop, runs = read(Stop, sweep.get("stop")), sweep.get("runs", 1)
         if stop is not None and isinstance(runs, int):
-            check_stop(stop, sweep, runs, lists[REQUIREMENTS], report)
+            check_stop(stop, runs, report)
     study = raw.get("study")
     if isinstance(study, dict) and named:
         if isinstance(sweep, dict) and "stop" in sweep:

@@ -9,33 +9,46 @@ from typing import Any
 import numpy as np
 
 from lienumba.errors import BadValueError
-from lienumba.scenario.meshes.simplify import simplified
 
-DEFAULT = 500  # triangles of a mesh, if nobody says how many
-MOST = 20_000
+MOST = 20_000  # triangles of a mesh
 STEPS = 2**16 - 1  # along each edge of the box
 HEAD = struct.Struct("<II6d")  # how many vertices and triangles, and two corners of the box
 LARGEST = HEAD.size + 30 * MOST  # bytes of one in which every triangle has its own corners
 
 
-def packed_mesh(vertices: np.ndarray, faces: np.ndarray, triangles: int = DEFAULT) -> dict[str, Any]:
-    """A mesh as a shape of a body.
+def packed_mesh(vertices: np.ndarray, faces: np.ndarray) -> dict[str, Any]:
+    """A mesh as a shape of a body: each vertex once, without triangles that have no area.
 
     Parameters
     ----------
     vertices : array
         (n, 3) in m, in the frame of the shape.
     faces : array
-        (m, 3): indices of vertices, counterclockwise from outside.
-    triangles : int
-        The mesh is simplified to so many at most.
+        (m, 3): indices of vertices, counterclockwise from outside; at most 20,000 triangles.
 
     Returns
     -------
     dict
         {"type": "mesh", "data": text}, to which position, rotation, scale, colour and the name of a file may be added.
     """
-    return {"type": "mesh", "data": packed(*simplified(vertices, faces, triangles))}
+    vertices, faces = merged(np.asarray(vertices, float), np.asarray(faces, np.int64))
+    if len(faces) > MOST:
+        rule = f"has {len(faces):,} triangles, of which a shape takes {MOST:,} at most"
+        raise BadValueError(rule, "save it with fewer, as by MeshLab or Blender")
+    return {"type": "mesh", "data": packed(vertices, faces)}
+
+
+def merged(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mesh with each vertex once, without triangles that have no area or are there twice."""
+    low, extent = vertices.min(axis=0), max(float(np.ptp(vertices, axis=0).max()), 1e-300)
+    places = np.rint((vertices - low) * (2.0**20 / extent)).astype(np.int64)
+    _, first, place = np.unique(places @ np.array([1 << 42, 1 << 21, 1]), return_index=True, return_inverse=True)
+    corners = place[faces]
+    a, b, c = corners.T
+    corners = corners[(a != b) & (b != c) & (c != a)]
+    _, kept = np.unique(np.sort(corners, axis=1), axis=0, return_index=True)
+    used, place = np.unique(corners[np.sort(kept)], return_inverse=True)
+    return vertices[first][used], place.reshape(-1, 3)
 
 
 def packed(vertices: np.ndarray, faces: np.ndarray) -> str:

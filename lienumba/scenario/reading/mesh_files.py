@@ -1,19 +1,18 @@
-"""Meshes that shapes name by their files: read, simplified, and kept with the scenario."""
+"""Meshes that shapes name by their files: read, and kept with the scenario."""
 
 from pathlib import Path
 
-from lienumba.errors import BadValueError, Problem, ScenarioError
+from lienumba.errors import Problem, ScenarioError
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.meshes.files import read_mesh
-from lienumba.scenario.meshes.packing import DEFAULT, MOST, packed_mesh, unpacked
+from lienumba.scenario.meshes.packing import packed_mesh
 from lienumba.scenario.schema.tables import reading
 
 GROUND = "ground_shapes"
 
 
 def with_meshes(raw: Keys, folder: Path) -> Keys:
-    """The scenario with the mesh of every shape that names a file, relative to this folder, and with those that have
-    more triangles than they say simplified further."""
+    """The scenario with the mesh of every shape that names a file, relative to this folder."""
     model = raw.get("model")
     if not isinstance(model, dict):
         return raw
@@ -42,23 +41,8 @@ def with_meshes(raw: Keys, folder: Path) -> Keys:
 
 
 def _read(at: str, shape: Keys, folder: Path) -> Keys:
-    triangles, data = shape.get("triangles", DEFAULT), shape.get("data")
-    if not isinstance(triangles, int) or isinstance(triangles, bool) or not 4 <= triangles <= MOST:
-        return shape  # which is told later
-    if shape.get("type") != "mesh" or not ("triangles" in shape or ("file" in shape and data is None)):
+    if shape.get("type") != "mesh" or "file" not in shape or shape.get("data") is not None:
         return shape
-    kept = {key: item for key, item in shape.items() if key != "triangles"}
-    if data is None and "file" in shape:
-        path = folder / str(shape["file"])
-        with reading(at, shape["file"], path):
-            vertices, faces = read_mesh(path)
-    elif isinstance(data, str):
-        try:
-            vertices, faces = unpacked(data)
-        except BadValueError:
-            return shape  # which is told later
-        if len(faces) <= triangles:
-            return kept
-    else:
-        return shape
-    return {**kept, **packed_mesh(vertices, faces, triangles)}
+    path = folder / str(shape["file"])
+    with reading(at, shape["file"], path):
+        return {**shape, **packed_mesh(*read_mesh(path))}

@@ -14,7 +14,7 @@ import numpy as np
 from lienumba.errors import BadValueError, Problem, ScenarioError
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.schema.tables import reading
-from lienumba.store.form import scenario_tables
+from lienumba.store.form import current, scenario_tables
 from lienumba.store.opening import netcdf_file
 from lienumba.sweep.noise import checksum_of, is_file
 from lienumba.words import show, suggestion
@@ -46,7 +46,7 @@ def tables_of(ds: "xr.Dataset", where: str) -> Keys:
         moved = not is_file(item["table"], item.get("checksum")) and is_file(str(here), item.get("checksum"))
         return {**item, "table": os.path.abspath(here)} if moved else item
 
-    return _each(scenario_tables(ds, where), found)
+    return _each(current(scenario_tables(ds, where)), found)
 
 
 def _each(raw: Keys, changed: Callable[[Any], Keys]) -> Keys:

@@ -16,7 +16,7 @@ from lienumba.keys.conversions import rotation_of
 from lienumba.keys.registry import Registry, literal
 from lienumba.keys.types import ZERO, Positive, Rotation, Section, Two, Vec3
 from lienumba.scenario.meshes import surfaces
-from lienumba.scenario.meshes.packing import DEFAULT, MOST, unpacked
+from lienumba.scenario.meshes.packing import unpacked
 from lienumba.scenario.meshes.surfaces import Surface
 
 
@@ -143,14 +143,10 @@ class Capsule(Long):
 
 @SHAPES.add
 class Mesh(Shape):
-    """file: as people write it; data: as the scenario keeps it, simplified, whichever file it came from."""
+    """file: as people write it; data: as the scenario keeps it, whichever file it came from."""
 
     type: Literal["mesh"]
     file: str | None = Field(default=None, description="the path of an STL or OBJ file, relative to the scenario")
-    triangles: Annotated[int, Field(strict=True, ge=4, le=MOST)] | None = Field(
-        default=None,
-        description=f"the most triangles that are kept, a whole number from 4 to {MOST} (or omit it: {DEFAULT})",
-    )
     scale: Scale = Field(default=1.0, description="the unit of the file in m, above 0, such as 0.001, or 3 numbers")
     data: Annotated[str, AfterValidator(_mesh)] | None = Field(
         default=None, description="the mesh itself, as lienumba keeps it (give a file instead)"

@@ -10,14 +10,9 @@ Share = Annotated[float, Field(strict=True, gt=0.0, lt=1.0)]
 
 
 class Stop(Section):
-    """The sweep ends where the confidence interval of a statistic over its runs is narrow enough, or where a
-    requirement is decided."""
+    """The sweep ends where the confidence interval of a statistic over its runs is narrow enough."""
 
-    requirement: str | None = Field(
-        default=None, description="the name of a requirement: the sweep ends as soon as it is known whether it is met"
-    )
-    variable: str | None = Field(
-        default=None,
+    variable: str = Field(
         description="a number that the dataset has for each run, such as pointing.angle_max, which output.summary asks "
         "for, event_time.impact, energy_lost, or max_energy_drift",
     )
@@ -25,9 +20,8 @@ class Stop(Section):
     probability: Share | None = Field(
         default=None, description="the part of the quantile, between 0 and 1: 0.95 is what 95 % of the runs stay below"
     )
-    width: Positive | None = Field(
-        default=None,
-        description="the width of the confidence interval, from end to end, in the variable's unit, above 0",
+    width: Positive = Field(
+        description="the width of the confidence interval, from end to end, in the variable's unit, above 0"
     )
     confidence: Share = Field(default=0.95, description="that of the interval, between 0 and 1")
     every: Count = Field(

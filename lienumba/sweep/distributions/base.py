@@ -9,7 +9,6 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, StrictBool
 
 from lienumba.errors import ScenarioError
-from lienumba.words import listed, number
 
 LARGEST = 1e100  # of any number in SI units: squares and cubes must be numbers, too
 Finite = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)]
@@ -53,10 +52,6 @@ class Distribution(BaseModel):
         """Whether samples follow the nominal value; given: its keys, as they are written."""
         return cls.leads_to != NUMBER
 
-    def words(self, unit: str) -> str:
-        """What a citation says of it; unit: behind the numbers of the input, with a blank before it."""
-        raise NotImplementedError
-
     def draw(self, u: Sequence[np.ndarray], nominal: Any) -> Sequence[np.ndarray | float]:
         """The columns (runs,) at the uniform numbers u (dimensions, runs) about a nominal value: a number, or as many
         as there are columns; a ScenarioError, from behind the path on, if they do not fit."""
@@ -86,17 +81,6 @@ class Scalar(Distribution):
                 True,
             )
         return nominal
-
-    def value_text(self, x: float, unit: str) -> str:
-        return f"{number(x)} times the nominal value" if self.relative else f"{number(x)}{unit}"
-
-    def place_text(self, x: float | None, unit: str) -> str:
-        return "the nominal value" if x is None else self.value_text(x, unit)
-
-    def bounds_text(self, low: float | None, high: float | None, unit: str) -> str:
-        """Of two of which one may be omitted."""
-        ends = [self.value_text(x, unit) for x in (low, high) if x is not None]
-        return f"between {listed(ends)}" if len(ends) == 2 else f"{'below' if low is None else 'above'} {ends[0]}"
 
     def located(self, value: float | None, nominal: float) -> float:
         """A place of the distribution; the nominal value where it is omitted."""

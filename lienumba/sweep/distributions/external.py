@@ -30,9 +30,6 @@ class Column(Given):
         description="the name of a column of sweep.table; 4 names for a rotation, 6 for an inertia, 3 for a vector"
     )
 
-    def words(self, unit: str) -> str:
-        return "from the table"
-
     @property
     def names(self) -> list[str]:
         return [self.column] if isinstance(self.column, str) else self.column
@@ -50,6 +47,3 @@ class Expression(Given):
     expression: StrictStr = Field(
         description='a formula of parameters and of other varied numbers, such as "0.0156*bodies.top.mass"'
     )
-
-    def words(self, unit: str) -> str:
-        return f"the formula {self.expression}"

@@ -11,7 +11,6 @@ from pydantic import Field
 from lienumba.errors import ScenarioError
 from lienumba.groups import so3
 from lienumba.sweep.distributions.base import INERTIA, Distribution, Finite
-from lienumba.words import number
 
 SQRT_HALF = 0.7071067811865476
 HALVINGS, TERMS = 7, 9  # exp(S) = exp(S/2^7)^(2^7); entries of S stay below 10
@@ -32,10 +31,6 @@ class Inertia(Distribution):
     std: Annotated[Finite, Field(ge=0.0, le=1.0)] = Field(
         description="the relative standard deviation of the second moments, from 0 to 1"
     )
-
-    def words(self, unit: str) -> str:
-        spread = f"relative standard deviation of its second moments {number(self.std)}"
-        return f"the nominal mass distribution stretched at random, {spread}"
 
     def draw(self, u: Sequence[np.ndarray], nominal: Any) -> Sequence[np.ndarray | float]:
         from lienumba.sweep.normal import inverse

@@ -13,7 +13,7 @@ from lienumba.groups import so3
 from lienumba.numerics.operations import cos, sin, sqrt
 from lienumba.sweep.copula import MatrixError, cholesky
 from lienumba.sweep.distributions.base import ROTATION, VECTOR, Distribution, Finite, Spread
-from lienumba.words import Written, number
+from lienumba.words import Written
 
 if TYPE_CHECKING:
     Arrays = Sequence[np.ndarray]
@@ -52,11 +52,6 @@ class RotationNormal(Distribution):
     frame: Literal["body", "global"] = Field(
         default="body", description='the axes of the rotation vector: "body" or "global"'
     )
-
-    def words(self, unit: str) -> str:
-        spread = f"standard deviation {number(self.std)} rad" if self.std is not None else None
-        spread = spread or f"covariance {number(self.covariance)} rad^2"
-        return f"the nominal rotation times exp of a normal rotation vector in {self.frame} axes, mean 0, {spread}"
 
     @model_validator(mode="after")
     def _one_of_both(self) -> RotationNormal:
@@ -100,9 +95,6 @@ class RotationUniform(Distribution):
     def follows(cls, given: Mapping[str, object]) -> bool:
         return False
 
-    def words(self, unit: str) -> str:
-        return "uniform on SO(3)"
-
     def draw(self, u: Arrays, nominal: Any) -> Sequence[np.ndarray | float]:
         low, high = sqrt(1.0 - u[0]), sqrt(u[0])
         a, b = TWO_PI * u[1], TWO_PI * u[2]
@@ -119,10 +111,6 @@ class Direction(Distribution):
     angle: Annotated[Finite, Field(gt=0.0, le=PI)] = Field(
         default=PI, description="the largest angle to the nominal direction in rad, above 0 (or omit it: pi)"
     )
-
-    def words(self, unit: str) -> str:
-        where = "on the sphere" if self.angle == PI else f"within {number(self.angle)} rad of the nominal one"
-        return f"of nominal length, its direction uniform {where}"
 
     def draw(self, u: Arrays, nominal: Any) -> Sequence[np.ndarray | float]:
         length = sqrt(so3.dot(nominal, nominal))

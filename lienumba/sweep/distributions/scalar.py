@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from lienumba.errors import BadValueError, ScenarioError
 from lienumba.numerics.operations import exp
 from lienumba.sweep.distributions.base import Finite, Scalar, Spread
-from lienumba.words import Written, listed, number
+from lienumba.words import Written
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,9 +29,6 @@ class Normal(Scalar):
     mean: Finite | None = MEAN
     std: Spread = Field(description="the standard deviation, 0 or above")
 
-    def words(self, unit: str) -> str:
-        return f"normal, mean {self.place_text(self.mean, unit)}, standard deviation {self.value_text(self.std, unit)}"
-
     def ppf(self, u: np.ndarray, nominal: float) -> np.ndarray:
         from lienumba.sweep.normal import inverse
 
@@ -44,9 +41,6 @@ class Uniform(Scalar):
     distribution: Literal["uniform"]
     low: Finite = Field(description="the lowest value")
     high: Finite = Field(description="the highest value")
-
-    def words(self, unit: str) -> str:
-        return f"uniform {self.bounds_text(self.low, self.high, unit)}"
 
     @model_validator(mode="after")
     def _ordered(self) -> Uniform:
@@ -69,11 +63,6 @@ class TruncatedNormal(Scalar):
     std: Annotated[Finite, Field(gt=0.0)] = Field(description="the standard deviation without bounds, above 0")
     low: Finite | None = Field(default=None, description="the lowest value (or omit it: none)")
     high: Finite | None = Field(default=None, description="the highest value (or omit it: none)")
-
-    def words(self, unit: str) -> str:
-        mean, std = self.place_text(self.mean, unit), self.value_text(self.std, unit)
-        bounds = self.bounds_text(self.low, self.high, unit)
-        return f"normal, mean {mean}, standard deviation {std}, truncated to values {bounds}"
 
     @model_validator(mode="after")
     def _bounded(self) -> TruncatedNormal:
@@ -117,10 +106,6 @@ class Lognormal(Scalar):
     median: Finite | None = Field(default=None, description="the median (or omit it: the nominal value)")
     sigma: Spread = Field(description="the standard deviation of the logarithm, 0 or above")
 
-    def words(self, unit: str) -> str:
-        spread = f"standard deviation of the logarithm {number(self.sigma)}"
-        return f"lognormal, median {self.place_text(self.median, unit)}, {spread}"
-
     def ppf(self, u: np.ndarray, nominal: float) -> np.ndarray:
         from lienumba.sweep.normal import inverse
 
@@ -141,9 +126,6 @@ class Triangular(Scalar):
     low: Finite = Field(description="the lowest value")
     mode: Finite | None = Field(default=None, description="the most likely value (or omit it: the nominal value)")
     high: Finite = Field(description="the highest value")
-
-    def words(self, unit: str) -> str:
-        return f"triangular {self.bounds_text(self.low, self.high, unit)}, mode {self.place_text(self.mode, unit)}"
 
     @model_validator(mode="after")
     def _ordered(self) -> Triangular:
@@ -176,10 +158,6 @@ class Choice(Scalar):
         default=None, description="how likely each value is, 0 or above (or omit it: all alike)"
     )
 
-    def words(self, unit: str) -> str:
-        values = listed((self.value_text(x, unit) for x in self.values), "or")
-        return f"one of {values}, " + (f"with weights {number(self.weights)}" if self.weights else "all as likely")
-
     @model_validator(mode="after")
     def _complete(self) -> Choice:
         if not self.values:
@@ -211,9 +189,6 @@ class Constant(Scalar):
 
     distribution: Literal["constant"]
     value: Finite = Field(description="the value of all runs")
-
-    def words(self, unit: str) -> str:
-        return f"{self.value_text(self.value, unit)} in all runs"
 
     def draw(self, u: Sequence[np.ndarray], nominal: Any) -> Sequence[np.ndarray | float]:
         return [self.value * self.scale(nominal)]

@@ -9,7 +9,7 @@ from pydantic import ConfigDict, Field, StrictStr, model_validator
 
 from lienumba.errors import BadValueError
 from lienumba.sweep.distributions.base import Finite, Scalar
-from lienumba.words import ALIKE, Written, number, suggestion
+from lienumba.words import ALIKE, Written, suggestion
 
 
 class SciPy(Scalar):
@@ -49,11 +49,6 @@ class SciPy(Scalar):
                 f"does not exist with {shown}", "its documentation tells what may be given", "scipy", self.scipy
             )
         return self
-
-    def words(self, unit: str) -> str:
-        given = ", ".join(f"{name} = {number(x)}" for name, x in (self.__pydantic_extra__ or {}).items())
-        multiples = ", times the nominal value" if self.relative else ""
-        return f"{self.scipy} of scipy.stats{f' with {given}' if given else ''}{multiples}"
 
     def ppf(self, u: np.ndarray, nominal: float) -> np.ndarray:
         from scipy import stats

@@ -47,6 +47,5 @@ HALTON_1960 = Reference(
     "Numerische Mathematik", "2(1):84--90", "10.1007/BF01386213",
 )  # fmt: skip
 HALTON = Sampler(
-    "halton", "a Halton sequence [@halton1960] with digits permuted at random", draw, (HALTON_1960,),
-    order_matters=True, evenly=True,
+    "halton", draw, (HALTON_1960,), order_matters=True, evenly=True
 )  # fmt: skip

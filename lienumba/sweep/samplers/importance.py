@@ -61,9 +61,4 @@ HESTERBERG = Reference(
     "Weighted average importance sampling and defensive mixture distributions",
     "Technometrics", "37(2):185--194", "10.1080/00401706.1995.10484303",
 )  # fmt: skip
-IMPORTANCE = Sampler(
-    "importance",
-    "importance sampling with a defensive mixture [@hesterberg1995] of independent random numbers (PCG64 "
-    "[@oneill2014], one stream for each input and run), with a weight for each run",
-    draw, (HESTERBERG, ONEILL), most_weight=1.0 / DEFENSIVE,
-)  # fmt: skip
+IMPORTANCE = Sampler("importance", draw, (HESTERBERG, ONEILL), weighted=True)

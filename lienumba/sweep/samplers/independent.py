@@ -18,7 +18,5 @@ ONEILL = Reference(
     "PCG: A family of simple fast space-efficient statistically good algorithms for random number generation",
     "Harvey Mudd College", "HMC-CS-2014-0905",
 )  # fmt: skip
-RANDOM = Sampler(
-    "random", "independent random numbers (PCG64 [@oneill2014], one stream for each input and run)", draw, (ONEILL,)
-)
-TABLE = Sampler("table", "a table of samples that were given", draw, from_table=True)
+RANDOM = Sampler("random", draw, (ONEILL,))
+TABLE = Sampler("table", draw, from_table=True)

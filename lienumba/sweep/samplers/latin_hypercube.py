@@ -27,6 +27,6 @@ MCKAY = Reference(
     "Technometrics", "21(2):239--245", "10.1080/00401706.1979.10489755",
 )  # fmt: skip
 LATIN_HYPERCUBE = Sampler(
-    "latin_hypercube", "a Latin hypercube [@mckay1979]", draw, (MCKAY,),
+    "latin_hypercube", draw, (MCKAY,),
     whole="divides each range into as many parts as there are runs",
 )  # fmt: skip

@@ -62,7 +62,5 @@ CAMPOLONGO = Reference(
     "Environmental Modelling & Software", "22(10):1509--1518", "10.1016/j.envsoft.2006.10.004",
 )  # fmt: skip
 MORRIS = Sampler(
-    "morris",
-    "rows of runs of which each changes one more input, for elementary effects [@morris1991; @campolongo2007]",
-    draw, (MORRIS_1991, CAMPOLONGO), row=runs_of_row, independent=True, independent_of_row=1, screening=True,
+    "morris", draw, (MORRIS_1991, CAMPOLONGO), row=runs_of_row, independent=True, independent_of_row=1, screening=True,
 )  # fmt: skip

@@ -19,18 +19,16 @@ class Sampler:
     """draw(streams, labels, seed, runs): a number in (0, 1) for each stream and run (labels from 0 on) of a sweep of so
     many; those of a run may depend on nothing else.
 
-    words: what a citation says of it, with [@key] for each of its `references`; order_matters: whether it does to
-    samples which path comes first; evenly: whether runs fill the space of all inputs more evenly than by chance; whole:
-    what makes them depend on the number of runs, which then cannot grow; most_dimensions: of uniform numbers for each
-    run, of which it takes `dimensions` where inputs have n; row: of how many runs a row consists where f inputs vary,
-    all rows being whole; independent: whether inputs may have no correlations; independent_of_row: how many runs at the
-    beginning of a row share no number; sobol_indices, screening: whether its runs are laid out for them, or for
-    elementary effects; from_table: whether samples are given; most_weight: what the weights of runs, whose mean is 1,
-    never exceed; None: they have none.
+    references: what a citation names; order_matters: whether it does to samples which path comes first; evenly:
+    whether runs fill the space of all inputs more evenly than by chance; whole: what makes them depend on the
+    number of runs, which then cannot grow; most_dimensions: of uniform numbers for each run, of which it takes
+    `dimensions` where inputs have n; row: of how many runs a row consists where f inputs vary, all rows being
+    whole; independent: whether inputs may have no correlations; independent_of_row: how many runs at the beginning
+    of a row share no number; sobol_indices, screening: whether its runs are laid out for them, or for elementary
+    effects; from_table: whether samples are given; weighted: whether runs have weights.
     """
 
     name: str
-    words: str
     draw: Draw
     references: tuple[Reference, ...] = ()
     order_matters: bool = False
@@ -44,12 +42,7 @@ class Sampler:
     sobol_indices: bool = False
     screening: bool = False
     from_table: bool = False
-    most_weight: float | None = None
-
-    @property
-    def weighted(self) -> bool:
-        """Whether runs have weights."""
-        return self.most_weight is not None
+    weighted: bool = False
 
     def counting(self, labels: np.ndarray, inputs: int) -> np.ndarray:
         """Which runs with these labels count as independent (runs,): all but the nominal one, unless there is no other;

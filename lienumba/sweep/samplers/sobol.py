@@ -4,8 +4,7 @@ every number is uniform over the seeds; point i depends on its index alone. And 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -54,41 +53,23 @@ def _direction_numbers(dimensions: int, bits: int) -> np.ndarray:
 
 def draw_rows(streams: Streams, labels: np.ndarray, seed: int, runs: int) -> dict[str, np.ndarray]:
     """Two points A and B, and A with the numbers of one input after another from B; the next row likewise."""
-    return _rows(streams, labels, seed, runs_of_row)
-
-
-def draw_rows_of_pairs(streams: Streams, labels: np.ndarray, seed: int, runs: int) -> dict[str, np.ndarray]:
-    """The same, and then B with the numbers of one input after another from A."""
-    return _rows(streams, labels, seed, runs_of_row_of_pairs)
-
-
-def _rows(streams: Streams, labels: np.ndarray, seed: int, length: Callable[[int], int]) -> dict[str, np.ndarray]:
     inputs, names = [of_path for of_path in streams.values() if of_path], names_of(streams)
     if not names:
         return {}
-    row, part = np.divmod(labels, length(len(inputs)))
+    row, part = np.divmod(labels, runs_of_row(len(inputs)))
     A, B = points(names, row, seed), points(names, row, seed, first=len(names))
-    return {
-        name: np.where(of_B(part, k, len(inputs)), B[name], A[name])
-        for k, of_input in enumerate(inputs)
-        for name in of_input
-    }
+    return {name: np.where(of_B(part, k), B[name], A[name]) for k, of_input in enumerate(inputs) for name in of_input}
 
 
-def of_B(part: np.ndarray, k: int, inputs: int) -> np.ndarray:
+def of_B(part: np.ndarray, k: int) -> np.ndarray:
     """Whether the runs of these places in a row (n,) take input k from B instead of A."""
-    found: np.ndarray = (part == 1) | (part == 2 + k) | ((part >= 2 + inputs) & (part != 2 + inputs + k))
+    found: np.ndarray = (part == 1) | (part == 2 + k)
     return found
 
 
 def runs_of_row(inputs: int) -> int:
     """A, B, and one for each input."""
     return inputs + 2
-
-
-def runs_of_row_of_pairs(inputs: int) -> int:
-    """A, B, and two for each input."""
-    return 2 * inputs + 2
 
 
 SOBOL_1967 = Reference(
@@ -110,17 +91,9 @@ SALTELLI_2010 = Reference(
     "Computer Physics Communications", "181(2):259--270", "10.1016/j.cpc.2009.09.018",
 )  # fmt: skip
 SOBOL = Sampler(
-    "sobol", "a Sobol' sequence [@sobol1967; @joe2008], its binary digits shifted at random",
-    draw, (SOBOL_1967, JOE), order_matters=True, evenly=True, most_dimensions=MOST_DIMENSIONS,
+    "sobol", draw, (SOBOL_1967, JOE), order_matters=True, evenly=True, most_dimensions=MOST_DIMENSIONS,
 )  # fmt: skip
 SALTELLI = Sampler(
-    "saltelli",
-    "pairs of points of a Sobol' sequence [@sobol1967; @joe2008], its binary digits shifted at random, "
-    "and their combinations for Sobol' indices [@saltelli2010]",
-    draw_rows, (SOBOL_1967, JOE, SALTELLI_2010), order_matters=True, most_dimensions=MOST_DIMENSIONS,
+    "saltelli", draw_rows, (SOBOL_1967, JOE, SALTELLI_2010), order_matters=True, most_dimensions=MOST_DIMENSIONS,
     dimensions=lambda n: 2 * n, row=runs_of_row, independent=True, independent_of_row=2, sobol_indices=True,
-)  # fmt: skip
-SALTELLI_SECOND = replace(
-    SALTELLI, name="saltelli_second", draw=draw_rows_of_pairs, row=runs_of_row_of_pairs,
-    words=SALTELLI.words.replace("combinations for", "combinations both ways for"),
 )  # fmt: skip

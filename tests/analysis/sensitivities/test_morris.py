@@ -1,4 +1,4 @@
-"""Elementary effects and second indices, against closed forms."""
+"""Elementary effects, against closed forms."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import pytest
 from lienumba.analysis import sensitivity
 from lienumba.analysis.sensitivities.sensitivity_rows import sensitivity_rows
 from lienumba.sweep.samplers import SAMPLERS
-from tests.analysis.sensitivities.test_sobol import ishigami_indices
 from tests.analysis.sweep_example import sweep
 
 UNIFORM = {"distribution": "uniform", "low": 0.0, "high": 1.0}
@@ -35,7 +34,7 @@ def test_effects_of_straight_crooked_and_no_inputs() -> None:
     assert (float(c.mu_star), float(c.sigma)) == (0.0, 0.0)
     assert int(found.runs) == 200
     assert "first run of each row" in sensitivity(ds, "y").notes
-    (headline, shown), *_ = sensitivity_rows(sensitivity(ds, "y")).outputs[0].others(9)
+    headline, shown = sensitivity_rows(sensitivity(ds, "y")).outputs[0].effects(9)
     assert headline == "elementary effects on y, 200 rows"
     assert shown.rows[0][0] == "a"
 
@@ -60,23 +59,3 @@ def test_effects_need_both_ends_of_a_step() -> None:
     assert found.mu_star == pytest.approx(1.0)
     few = sensitivity(whole.isel(run=slice(3, None)), "y").isel(output=0).sel(input="a")
     assert few.mu_star == pytest.approx(1.0)
-
-
-def test_second_indices_of_ishigami() -> None:
-    u = samples("saltelli_second", 8 * 4096)
-    x = {name: np.pi * (2 * values - 1) for name, values in u.items()}
-    y = np.sin(x["a"]) * (1 + 0.1 * x["c"] ** 4) + 7 * np.sin(x["b"]) ** 2
-    found = sensitivity(sweep(u, vary=table("saltelli_second"), y=y), "y").isel(output=0)
-    first, total = ishigami_indices()
-    assert found.first_order.values == pytest.approx(first, abs=0.02)
-    assert found.total_order.values == pytest.approx(total, abs=0.02)
-    pair = found.sel(input="a", with_input="c")
-    assert pair.second_order_low < total[2] < pair.second_order_high
-    assert float(pair.second_order) == pytest.approx(total[2], abs=0.04)
-    for one, other in (("a", "b"), ("b", "c")):
-        assert float(found.second_order.sel(input=one, with_input=other)) == pytest.approx(0.0, abs=0.04)
-    assert int(found.second_order.notnull().sum()) == 3
-    whole = sensitivity(sweep(u, vary=table("saltelli_second"), y=y), "y")
-    headline, shown = next(iter(sensitivity_rows(whole).outputs[0].others(2)))
-    assert headline == "second Sobol' indices of y (the first 2 of 3 pairs)"
-    assert shown.rows[0][:2] == ["a", "c"]

@@ -8,6 +8,7 @@ from scipy.stats import norm, sobol_indices
 from lienumba.analysis import sensitivity
 from lienumba.analysis.sensitivities.sobol import Rows, indices
 from tests.analysis.sweep_example import named, saltelli, sweep
+from tests.facade import ScenarioError
 
 KINDS = ("first_order", "total_order")
 
@@ -155,6 +156,12 @@ def test_what_is_said_where_there_are_no_indices():
         "total Sobol' indices are left out, since the runs are not laid out as those of a saltelli sweep; analyse the "
         "dataset as lienumba run wrote it"
     )
+
+
+def test_a_sampler_of_another_version_is_named() -> None:
+    x = np.random.default_rng(0).random((64, 2))
+    with pytest.raises(ScenarioError, match=r'sweep\.sampler = "weyl": this version of lienumba does not'):
+        sensitivity(sweep(named(x), vary={"sampler": "weyl"}, y=x.sum(axis=1)), "y")
 
 
 def test_intervals_of_total_indices_are_of_their_logarithm() -> None:

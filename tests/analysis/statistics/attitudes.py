@@ -1,8 +1,7 @@
-"""Rotations of runs, and means of them found another way: with SciPy's rotations, everywhere in the group."""
+"""Rotations of runs, by SciPy."""
 
 import numpy as np
 import xarray as xr
-from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 AXES = ["x", "y", "z"]
@@ -32,19 +31,3 @@ def about_z(*angles):
 
 def angle(A, B):
     return (Rotation.from_matrix(A).inv() * Rotation.from_matrix(B)).magnitude()
-
-
-def cost(centre, matrices):
-    """The mean squared angle."""
-    return float((angle(centre, matrices) ** 2).mean())
-
-
-def least(matrices, rng, tries=1500, refined=40):
-    """The least mean squared angle, over rotations all over the group of which the best are refined."""
-    runs = Rotation.from_matrix(matrices)
-
-    def at(centre):
-        return float(((centre.inv() * runs).magnitude() ** 2).mean())
-
-    tried = sorted(Rotation.random(tries, rng=rng), key=at)[:refined]
-    return min(minimize(lambda u, r=r: at(r * Rotation.from_rotvec(u)), np.zeros(3)).fun for r in tried)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lienumba.integrators.methods.stability import polynomial, reach
 from tests.facade import METHODS
+from tests.integrators.methods.stability import polynomial, reach
 
 
 @pytest.mark.parametrize(

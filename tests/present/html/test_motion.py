@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from lienumba.present.html import motion
+from lienumba.present.html.chart import color
 from lienumba.present.html.motion import LARGEST_TURN, MOST_FRAMES, UNIT, frames, quaternions
 from lienumba.scene import scene
 from tests.rigs.pages import array, swept
@@ -58,8 +59,9 @@ def test_a_run_says_where_bodies_are_and_what_is_drawn():
     corners = array(figure["vertices"]).reshape(-1, 3) * np.array(figure["radii"])[owner][:, None] / UNIT
     assert corners == pytest.approx(np.concatenate([x.vertices for x in solids]), abs=1e-4 * max(figure["radii"]))
     assert array(figure["triangles"]).tolist() == [n for x in solids for face in x.triangles() for n in face]
-    painted = [figure["palette"][n][3:] for n in array(figure["painted"])]
-    assert painted == [str(body) for body in np.repeat(np.arange(3), counts[:, 1])]
+    painted = [figure["palette"][n] for n in array(figure["painted"])]
+    for body, found in zip(np.repeat(np.arange(3), counts[:, 1]), painted, strict=True):
+        assert found in (color(body), motion._light(body))
     assert sent["compared"] == 1
     assert run["label"] == "nominal run"
 

@@ -197,7 +197,6 @@ PINS = {
     "sobol": "54606031aaa7f200",
     "halton": "c41221069b5a5103",
     "saltelli": "2178a654c7d1d680",
-    "saltelli_second": "c0198cd3c4654fbc",
     "morris": "65fdca6504898b25",
     "importance": "69fb2c11b9951273",
 }

@@ -1,5 +1,20 @@
 /* The mechanism in motion. Between the frames of a run, bodies turn by slerp and move along cubics. */
 
+const QUIET = { displayModeBar: false, responsive: true, showTips: false, doubleClick: "reset" };
+const INK = "#1d2125", DIM = "#5c646c", LINE = "#e3e4e0";
+
+/** The options of a select. */
+function offer(select, texts) {
+  select.replaceChildren(...texts.map((text, n) => new Option(text, n)));
+}
+
+/** An array of numbers as the data have it: {dtype, bdata}, as in plotly.js. */
+function numbers(packed) {
+  const kinds = { f8: Float64Array, f4: Float32Array, i2: Int16Array, u2: Uint16Array, u4: Uint32Array };
+  const bytes = Uint8Array.from(atob(packed.bdata), (c) => c.charCodeAt(0));
+  return new kinds[packed.dtype](bytes.buffer);
+}
+
 const motion = { time: 0, playing: false, speed: 1, first: 0, second: -1, drawn: false };
 
 const ROOM = 1.2, LOW = 0.05; // around the box for numbers, which are below it
@@ -124,8 +139,8 @@ function lines(run, kinds) {
 }
 
 // How a switched constraint looks: locked, open, closed, sticking; and what was hit, for FLASH s of watching.
-const LOOKS = [["diamond", "--bad", 6], ["circle-open", "--bad", 8], ["square", "--c2", 6], ["cross", "--c3", 5]];
-const HIT = ["x", "--c4", 9], FLASH = 0.3;
+const LOOKS = [["diamond", "#b34a00", 6], ["circle-open", "#b34a00", 8], ["square", "#009e73", 6], ["cross", "#cc79a7", 5]];
+const HIT = ["x", "#e69f00", 9], FLASH = 0.3;
 
 /** Marks of what is locked, open, closed or hit; null where something else is. */
 function changed(run, t, pose) {
@@ -146,10 +161,10 @@ const FLAT = { hoverinfo: "skip", showlegend: false };
 function looksOfStrokes(run, faint) {
   const stroke = (name, width) => ({ ...FLAT, type: "scatter3d", mode: "lines", opacity: faint ? 0.35 : 1, line: { color: name, width } });
   return [
-    stroke("--quiet", run.marks.length > MANY ? 2 : 4),
-    stroke("--ink", run.marks.length > MANY ? 1.5 : 3),
-    { ...FLAT, type: "scatter3d", mode: "markers", opacity: faint ? 0.35 : 1, marker: { size: run.marks.length > MANY ? 1.5 : 2.5, color: "--ink", line: { width: 0 } } },
-    stroke("--quiet", 2),
+    stroke(DIM, run.marks.length > MANY ? 2 : 4),
+    stroke(INK, run.marks.length > MANY ? 1.5 : 3),
+    { ...FLAT, type: "scatter3d", mode: "markers", opacity: faint ? 0.35 : 1, marker: { size: run.marks.length > MANY ? 1.5 : 2.5, color: INK, line: { width: 0 } } },
+    stroke(DIM, 2),
     ...(run.places.length ? [...LOOKS, HIT] : []).map(([symbol, color, size]) => ({
       ...FLAT, type: "scatter3d", mode: "markers", opacity: faint ? 0.35 : 1, marker: { symbol, size, color, line: { width: 0 } },
     })),
@@ -158,8 +173,7 @@ function looksOfStrokes(run, faint) {
 
 function lookOfPart(part, faint) {
   const { i, j, k, paints } = part;
-  const found = new Map([...new Set(paints)].map((name) => [name, painted(name)]));
-  const colors = found.size === 1 ? { color: found.get(paints[0]) } : { facecolor: paints.map((name) => found.get(name)) };
+  const colors = new Set(paints).size === 1 ? { color: paints[0] } : { facecolor: paints };
   return {
     ...FLAT, ...colors, type: "mesh3d", i, j, k, flatshading: true, opacity: faint ? 0.22 : 1,
     lighting: { ambient: 0.55, diffuse: 0.65, specular: 0.08, roughness: 0.9, fresnel: 0.05, facenormalsepsilon: 0 }, // of small triangles, too
@@ -244,13 +258,13 @@ function space(data) {
   const aspect = extent.map((x) => Math.max(x / largest, 0.02));
   const one = (title, c) => ({
     range: [data.low[c], data.high[c]], autorange: false, title: { text: `${title} (m)`, font: { size: narrow ? 10 : 12 } },
-    tickfont: { size: narrow ? 9 : 11, color: "--quiet" }, nticks: extent[c] > 0.35 * largest ? (narrow ? 4 : 6) : 3,
-    gridcolor: "--line", zerolinecolor: "--line", linecolor: "--line", showbackground: false, showspikes: false, exponentformat: "power",
+    tickfont: { size: narrow ? 9 : 11, color: DIM }, nticks: extent[c] > 0.35 * largest ? (narrow ? 4 : 6) : 3,
+    gridcolor: LINE, zerolinecolor: LINE, linecolor: LINE, showbackground: false, showspikes: false, exponentformat: "power",
   });
   const near = ROOM * distance(data.eye, data.up, aspect, stage.clientWidth / stage.clientHeight) / Math.hypot(...data.eye);
   const [x, y, z] = data.eye;
   return {
-    paper_bgcolor: "rgba(0,0,0,0)", font: { family: FONT, color: "--ink" }, margin: { l: 0, r: 0, t: 0, b: 0 }, uirevision: "kept",
+    paper_bgcolor: "rgba(0,0,0,0)", font: { color: INK }, margin: { l: 0, r: 0, t: 0, b: 0 }, uirevision: "kept",
     hovermode: false, showlegend: false,
     scene: {
       xaxis: one("x", 0), yaxis: one("y", 1), zaxis: one("z", 2), aspectmode: "manual", hovermode: false, dragmode: "orbit",
@@ -274,10 +288,9 @@ async function showMotion(data) {
     tell();
   };
   const redraw = async () => {
-    await Plotly.react(stage, looked(), painted(space(data)), QUIET);
+    await Plotly.react(stage, drawn(data, shown(), motion.time), space(data), QUIET);
     move();
   };
-  const looked = () => drawn(data, shown(), motion.time).map((trace) => (trace.meta.part ? trace : painted(trace)));
   const tell = () => {
     clock.textContent = data.cycles ? `${Math.round(360 * motion.time / data.duration)}°` : `${motion.time.toFixed(digits)} s`;
     if (document.activeElement !== slider || motion.playing) slider.value = motion.time;
@@ -321,9 +334,8 @@ async function showMotion(data) {
   speed.addEventListener("change", () => { motion.speed = speeds[Number(speed.value)]; });
   run.addEventListener("change", () => { motion.first = Number(run.value); redraw(); });
   play.addEventListener("click", () => { if (motion.time >= data.duration) motion.time = 0; go(!motion.playing); });
-  followers.push(redraw);
 
-  await Plotly.newPlot(stage, looked(), painted(space(data)), QUIET);
+  await Plotly.newPlot(stage, drawn(data, shown(), motion.time), space(data), QUIET);
   move();
   stage.dataset.drawn = "yes";
   tell();

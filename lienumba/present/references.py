@@ -1,4 +1,4 @@
-"""The literature that belongs to no element, and BibTeX of all that a citation may name."""
+"""Publications that belong to no registered element, and BibTeX of all that a citation may name."""
 
 from collections.abc import Iterable
 from unicodedata import normalize
@@ -33,11 +33,6 @@ LITERATURE = (
         "baumgarte1972", "article", "Baumgarte, J.", 1972,
         "Stabilization of constraints and integrals of motion in dynamical systems",
         "Computer Methods in Applied Mechanics and Engineering", "1(1):1--16", "10.1016/0045-7825(72)90018-7",
-    ),
-    Reference(
-        "robbins1970", "article", "Robbins, Herbert", 1970,
-        "Statistical methods related to the law of the iterated logarithm",
-        "The Annals of Mathematical Statistics", "41(5):1397--1409", "10.1214/aoms/1177696786",
     ),
     Reference(
         "hunt1975", "article", "Hunt, K. H. and Crossley, F. R. E.", 1975,

@@ -1,4 +1,4 @@
-"""Karcher means against closed forms, symmetry, and minima sought everywhere by other means."""
+"""Angles and means of rotations, against closed forms, symmetry and SciPy."""
 
 import numpy as np
 import pytest
@@ -9,20 +9,14 @@ from scipy.spatial.transform import Rotation
 
 import lienumba
 from lienumba.analysis import mean_rotation, rotation_error
-from lienumba.analysis.statistics import karcher
 from lienumba.store import layout
 from lienumba.store.layout import dataset
-from tests.analysis.statistics.attitudes import about_z, angle, attitudes, cost, least, spread
-
-
-def status_of(found):
-    names = dict(zip(found.status.attrs["flag_values"], found.status.attrs["flag_meanings"].split(), strict=True))
-    return [names[code] for code in found.status.values.ravel()]
+from tests.analysis.statistics.attitudes import about_z, angle, attitudes, spread
 
 
 def mean_of(matrices):
     found = mean_rotation(attitudes(matrices))
-    return found["mean"].values, status_of(found)[0], found
+    return found["mean"].values, found
 
 
 # ---------------------------------------------------------------- angles
@@ -70,71 +64,29 @@ def test_a_missing_rotation_has_no_angle():
 def test_the_mean_of_opposite_turns_is_between_them(size):
     middle = Rotation.random(rng=6)
     turns = Rotation.from_rotvec(size * np.concatenate([np.eye(3), -np.eye(3)]))
-    found, status, whole = mean_of((middle * turns).as_matrix())
-    assert angle(found, middle.as_matrix()) < 1e-15 + 4e-16 / size * 1e-9
-    assert status == "unique"
-    assert float(whole.spread) == pytest.approx(size, abs=1e-15)
-    assert float(whole.radius) == pytest.approx(size, abs=1e-15)
+    found, whole = mean_of((middle * turns).as_matrix())
+    assert angle(found, middle.as_matrix()) < 1e-14
+    assert float(whole.spread) == pytest.approx(size, abs=1e-14)
+    assert float(whole.radius) == pytest.approx(size, abs=1e-14)
 
 
-def intrinsic(angles):
-    """The means of angles on a circle: mean angle + 2 pi k / n, those of the least cost (Hotz and Huckemann 2015)."""
-    n = len(angles)
-    candidates = np.mean(angles) + 2.0 * np.pi * np.arange(n) / n
-    costs = (np.angle(np.exp(1j * (angles[:, None] - candidates))) ** 2).mean(axis=0)
-    return candidates[costs <= costs.min() * (1.0 + 1e-12)], costs.min()
-
-
-@pytest.mark.parametrize("deviation", [0.1, 0.5, 1.0, 2.0, 4.0])
-@pytest.mark.parametrize("runs", [3, 8, 41, 1300])
-def test_about_one_axis_it_is_that_of_the_circle(deviation, runs):
+@pytest.mark.parametrize("deviation", [0.1, 0.5, 1.0, 2.0])
+@pytest.mark.parametrize("runs", [3, 8, 1300])
+def test_about_one_axis_it_is_the_mean_direction(deviation, runs):
     angles = deviation * np.random.default_rng([runs, int(10 * deviation)]).normal(size=runs)
-    means, least_cost = intrinsic(angles)
-    found, status, whole = mean_of(about_z(*angles))
-    assert min(angle(about_z(mean)[0], found) for mean in means) < 1e-12
-    assert float(whole.spread) ** 2 == pytest.approx(least_cost, rel=1e-12)
-    assert status in ("unique", "best_found")
-    assert status == "unique" or deviation > 0.5
+    found, whole = mean_of(about_z(*angles))
+    direction = np.angle(np.exp(1j * angles).mean())
+    assert angle(about_z(direction)[0], found) < 1e-12
+    away = np.angle(np.exp(1j * (angles - direction)))
+    assert float(whole.spread) == pytest.approx((away**2).mean() ** 0.5, rel=1e-12)
+    assert float(whole.radius) == pytest.approx(abs(away).max(), rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("runs", "deviation"), [(2, 3.0), (3, 3.0), (5, 1.0), (9, 3.0), (20, 1.2), (40, 3.0), (60, 0.9)]
-)
-def test_it_is_the_least_of_all_minima(runs, deviation):
-    rng = np.random.default_rng(runs)
-    matrices = spread(rng, runs, deviation)
-    found, status, whole = mean_of(matrices)
-    known = least(matrices, rng)
-    assert cost(found, matrices) <= known + 1e-9
-    assert float(whole.spread) ** 2 == pytest.approx(cost(found, matrices), rel=1e-12)
-    assert float(whole.radius) == pytest.approx(angle(found, matrices).max(), abs=1e-12)
-    assert status in ("unique", "best_found")
-    if status == "unique":
-        assert cost(found, matrices) == pytest.approx(known, abs=1e-9)
-
-
-def test_wide_spreads_are_proved_where_they_are_wider_than_a_quarter_turn():
-    """With a far run or two the mean is the only one nevertheless."""
-    rng = np.random.default_rng(7)
-    matrices = np.concatenate([spread(rng, 200, 0.3), Rotation.random(2, rng=rng).as_matrix()])
-    found, status, whole = mean_of(matrices)
-    assert float(whole.radius) > 0.5 * np.pi
-    assert status == "unique"
-    assert cost(found, matrices) == pytest.approx(least(matrices, rng, tries=300, refined=10), abs=1e-9)
-
-
-def test_what_is_proved_holds_at_the_distances_where_it_is_claimed():
-    """The bound behind it: squared angles grow at least so much against their tangents."""
-    rng = np.random.default_rng(8)
-    a, d, cosine = rng.uniform(0.0, np.pi, (3, 4000))
-    cosine = np.cos(cosine)
-    runs = np.stack([a * cosine, a * (1.0 - cosine**2) ** 0.5, 0.0 * a], axis=-1)
-    away = np.stack([d, 0.0 * d, 0.0 * d], axis=-1)
-    grown = angle(Rotation.from_rotvec(away).as_matrix(), Rotation.from_rotvec(runs).as_matrix()) ** 2
-    grown += 2.0 * a * d * cosine - a**2
-    half = 0.5 * np.minimum(a + d, np.pi)
-    bound = np.where(a + d < np.pi, d**2 * half / np.tan(half), np.minimum(d**2 - 4.0 * np.pi * (a + d - np.pi), 0.0))
-    assert (grown >= bound - 1e-12).all()
+@pytest.mark.parametrize(("runs", "deviation"), [(2, 1.0), (3, 3.0), (9, 3.0), (50, 1e-3), (200, 0.6)])
+def test_it_is_that_of_scipy(runs, deviation):
+    matrices = spread(np.random.default_rng(runs), runs, deviation)
+    found, _ = mean_of(matrices)
+    assert angle(found, Rotation.from_matrix(matrices).mean().as_matrix()) < 1e-10
 
 
 @pytest.mark.parametrize(
@@ -143,92 +95,23 @@ def test_what_is_proved_holds_at_the_distances_where_it_is_claimed():
         about_z(0.0, np.pi),
         about_z(*np.arange(7) * 2.0 * np.pi / 7.0),
         Rotation.create_group("O").as_matrix(),
-        about_z(*np.tile([0.3, 0.3 + np.pi], 700)),
+        about_z(0.3, 0.3 + np.pi).astype(np.float32),
     ],
-    ids=["opposite", "even about an axis", "even everywhere", "opposite halves"],
+    ids=["opposite", "even about an axis", "even everywhere", "single precision"],
 )
-def test_several_means_are_told(matrices):
-    found, status, _ = mean_of(matrices)
-    assert status == "several_means"
-    assert cost(found, matrices) <= least(matrices, np.random.default_rng(0), 200, 10) + 1e-9
-
-
-def opposite_halves(runs):
-    """A rotation and the opposite one about z of each, so that there are two means, half a turn apart."""
-    half = Rotation.from_rotvec(0.4 * np.random.default_rng(1).normal(size=(runs // 2, 3)))
-    return Rotation.concatenate([half, half * Rotation.from_rotvec([0.0, 0.0, np.pi])]).as_matrix()
-
-
-@pytest.mark.parametrize("runs", [1000, 3000])
-def test_the_order_of_runs_does_not_matter(runs):
-    """Two means are told, and the mean is one of the two, in every order of so many runs."""
-    matrices = opposite_halves(runs)
-    means = []
-    for seed in range(3):
-        found, status, whole = mean_of(np.random.default_rng(seed).permutation(matrices))
-        assert status == "several_means"
-        assert float(whole.spread) ** 2 == pytest.approx(cost(found, matrices), rel=1e-12)
-        means.append(found)
-    apart = angle(means[0], np.array(means))
-    assert np.minimum(apart, np.pi - apart) == pytest.approx(0.0, abs=1e-9)
-
-
-def best_of_many(matrices, rng, tries=300):
-    """The least cost that steps along the mean of the rotation vectors reach from random starts."""
-    runs, centres = Rotation.from_matrix(matrices), Rotation.random(tries, rng=rng)
-    centres = centres[np.argsort([((P.inv() * runs).magnitude() ** 2).mean() for P in centres])[:20]]
-    for _ in range(30):
-        centres = Rotation.concatenate(
-            [P * Rotation.from_rotvec((P.inv() * runs).as_rotvec().mean(0)) for P in centres]
-        )
-    return min(((P.inv() * runs).magnitude() ** 2).mean() for P in centres)
-
-
-@pytest.mark.parametrize(("groups", "close"), [(4, 1e-12), (0, 2e-5)], ids=["four groups", "uniform"])
-def test_many_runs_reach_the_best_of_many_minima(groups, close):
-    """Of uniform rotations hundreds have nearly the same cost; there the best may be missed by little."""
-    rng = np.random.default_rng(20)
-    matrices = np.concatenate(
-        [spread(rng, 250, 0.3) for _ in range(groups)] or [Rotation.random(1000, rng=3).as_matrix()]
-    )
-    found, status, _ = mean_of(matrices)
-    assert status == "best_found"
-    assert cost(found, matrices) <= best_of_many(matrices, rng) * (1.0 + close)
-
-
-@pytest.mark.parametrize("stored", [np.float32, np.float64])
-def test_opposite_rotations_in_single_precision_have_two_means(stored):
-    """Rounded, they are not quite half a turn apart; matrices in double precision tell by how they miss R^T R = I."""
-    turns = Rotation.random(20, rng=21)
-    axes = np.random.default_rng(22).normal(size=(20, 3))
-    opposite = turns * Rotation.from_rotvec(np.pi * axes / np.linalg.norm(axes, axis=1, keepdims=True))
-    pairs = np.stack([turns.as_matrix(), opposite.as_matrix()]).astype(np.float32).astype(stored)
-    assert set(status_of(mean_rotation(attitudes(pairs, ("run", "time"))))) == {"several_means"}
+def test_several_nearest_rotations_are_no_mean(matrices):
+    found, whole = mean_of(matrices)
+    assert np.isnan(found).all()
+    assert np.isnan([whole.spread, whole.radius]).all()
+    assert int(whole["count"]) == len(matrices)
 
 
 @pytest.mark.parametrize("runs", [1, 3])
 def test_equal_runs_are_their_mean(runs):
     R = Rotation.random(rng=9).as_matrix()
-    found, status, whole = mean_of([R] * runs)
+    found, whole = mean_of([R] * runs)
     assert found == pytest.approx(R, abs=1e-15)
     assert float(whole.spread) == pytest.approx(0.0, abs=2e-15)
-    assert status == "unique"
-
-
-def test_more_runs_than_are_asked_for_starts():
-    """Two groups far from one another, of which the larger one draws."""
-    rng = np.random.default_rng(10)
-    near, far = spread(rng, 1500, 0.2), spread(rng, 900, 0.2)
-    matrices = np.concatenate([near, far])
-    assert len(matrices) > karcher.FEW
-    found, _, _ = mean_of(matrices)
-    assert cost(found, matrices) <= least(matrices, rng, 300, 6) + 1e-9
-
-
-def test_small_spreads_have_the_chordal_mean():
-    matrices = spread(np.random.default_rng(11), 50, 1e-3)
-    found, _, _ = mean_of(matrices)
-    assert angle(found, Rotation.from_matrix(matrices).mean().as_matrix()) < 1e-8
 
 
 rotations = st.builds(lambda seed: Rotation.random(rng=seed), st.integers(0, 2**32))
@@ -238,10 +121,10 @@ rotations = st.builds(lambda seed: Rotation.random(rng=seed), st.integers(0, 2**
 @given(rotations, rotations, st.integers(0, 2**32), st.sampled_from([1e-6, 0.3, 0.7]))
 def test_the_mean_turns_with_the_runs(Q, P, seed, deviation):
     R = Rotation.from_matrix(spread(np.random.default_rng(seed), 12, deviation))
-    mean, _, before = mean_of(R.as_matrix())
-    turned, _, after = mean_of((Q * R * P).as_matrix())
+    mean, before = mean_of(R.as_matrix())
+    turned, after = mean_of((Q * R * P).as_matrix())
     assert angle(turned, (Q * Rotation.from_matrix(mean) * P).as_matrix()) < 1e-12
-    for name in ("spread", "radius", "status"):
+    for name in ("spread", "radius"):
         assert float(after[name]) == pytest.approx(float(before[name]), abs=1e-12)
 
 
@@ -261,7 +144,6 @@ def test_labels_stay_and_runs_that_failed_are_left_out(monkeypatch):
     assert list(found.body) == ["arm", "top"]
     assert int(found.runs) == 6
     assert found["count"].values.tolist() == [[6, 6], [6, 6], [5, 5], [5, 5], [0, 5]]
-    assert status_of(found)[8] == "no_runs"
     assert np.isnan(found["mean"][4, 0]).all()
     assert np.isnan(found.spread[4, 0])
     for time, body in np.ndindex(5, 2):
@@ -287,7 +169,6 @@ def test_nothing_has_no_mean(shape):
     found = mean_rotation(attitudes(np.empty((*shape, 3, 3)), ("run", "time")))
     assert found["mean"].shape == (shape[1], 3, 3)
     assert np.isnan(found["mean"]).all()
-    assert status_of(found) == ["no_runs"] * shape[1]
 
 
 @pytest.mark.parametrize("kept", [0, 2**30])

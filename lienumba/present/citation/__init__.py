@@ -1,1 +1,0 @@
-"""What a publication says of a simulation: a paragraph for its section on methods, and the references of that."""
