@@ -59,7 +59,7 @@ INSIDE = {  # the floors of rooms, lowest first
     ],
     "engine": [
         {"chunk_sizes", "compare_runs", "cores", "fields", "part", "progress", "requirements", "select_run",
-         "short_steps"},
+         },
         {"programs", "results"},
         {"reference"},
         {"kernels", "memory", "simulate", "stopping"}, {"linear"}, {"quality"},
