@@ -21,7 +21,7 @@ def summary(ds: xr.Dataset, name: str) -> Section:
     for part in tables(found):
         if isinstance(part, str) or part[0] == found.changes_told:
             continue  # changes have a section of their own
-        parts += [element("h3", sentence(part[0])), text_table(part[1])]
+        parts += [element("h3", part[0][:1].upper() + part[0][1:]), text_table(part[1])]
     parts += (element("p", sentence(text)) for text in remarks(found))
     return section("summary", "Summary", *parts)
 

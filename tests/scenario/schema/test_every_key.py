@@ -24,10 +24,10 @@ MISPLACED = ("Inertia",)  # whose messages lack the key
 OWN_BOUNDS = {("mass", "must be at least"): "must be above 0", ("end_time", "must be above"): "must be at least 1e-100"}
 # The rules of values, with how many places break one at least.
 RULES = {
-    "must be a number": 430, "must be a finite number": 400, "must be a whole number": 15,
+    "must be a number": 430, "must be a finite number": 400, "must be a whole number": 9,
     "must be a text in quotes": 130, "must be true or false": 40, "must be a list": 280, "must be a table": 20,
-    "has none of the known forms": 3, "has": 560, "must be above": 95, "must be below": 4, "must be at least": 75,
-    "must be at most": 40, "is not known": 7, "must be": 25, "is longer than": 2,
+    "has none of the known forms": 3, "has": 560, "must be above": 95, "must be below": 4, "must be at least": 72,
+    "must be at most": 36, "is not known": 7, "must be": 25, "is longer than": 2,
 }  # fmt: skip
 REMEDIES = {"must be true or false": "write it so, without quotes", "is longer than": "shorten it"}
 
