@@ -361,7 +361,7 @@ def kick_rows(sizes: Sizes) -> int:
     return kick_rates(sizes) + sizes.switched
 
 
-CHANGE_VECTORS = 29  # rows of numbers with which changes of one run are worked out
+CHANGE_VECTORS = 27  # rows of numbers with which changes of one run are worked out
 
 
 @kernel
@@ -384,7 +384,8 @@ def change_forces(sizes: Sizes) -> int:
 
 @kernel
 def change_room(sizes: Sizes) -> int:
-    """Behind them, where one lane at a time is worked on: three matrices of q rows, and vectors."""
+    """Behind them, where one lane at a time is worked on: three matrices of q rows, vectors, and
+    what `switching.pivoting` works in."""
     return change_forces(sizes) + sizes.switches
 
 
@@ -392,7 +393,7 @@ def change_room(sizes: Sizes) -> int:
 def change_rows(sizes: Sizes) -> int:
     """Of all this; none without switches."""
     q = sizes.switched
-    return change_room(sizes) - (-q * (3 * q + 1 + CHANGE_VECTORS) // W) if q > 0 else 0
+    return change_room(sizes) - (-(q * (19 * q + 45 + CHANGE_VECTORS) + 2) // W) if q > 0 else 0
 
 
 @kernel

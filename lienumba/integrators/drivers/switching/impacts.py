@@ -5,7 +5,7 @@ import numpy as np
 
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.switching.choices import solve
+from lienumba.integrators.drivers.switching.complementarity import solve
 from lienumba.integrators.drivers.switching.problem import HOLDS, PRESSES, SOLVED, size
 from lienumba.integrators.drivers.switching.reactions import STILL, Reactions, along, number, spread, still, touches
 from lienumba.integrators.drivers.switching.used_rows import held, take_firm

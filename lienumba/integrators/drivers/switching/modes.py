@@ -6,7 +6,7 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.switching import grips
 from lienumba.integrators.drivers.switching.asking import bluntness, may_act, slide, switch_fired
-from lienumba.integrators.drivers.switching.choices import solve
+from lienumba.integrators.drivers.switching.complementarity import solve
 from lienumba.integrators.drivers.switching.loads import lend
 from lienumba.integrators.drivers.switching.problem import BOUNDED, FREE, PRESSES, ROUNDING, SLIDES, SOLVED, size
 from lienumba.integrators.drivers.switching.reactions import (

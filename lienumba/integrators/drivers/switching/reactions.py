@@ -11,7 +11,7 @@ from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.events.tolerances import CLOSED_GAP_RTOL
 from lienumba.integrators.drivers.switching.grips import Grips
-from lienumba.integrators.drivers.switching.problem import FREE, Problem, eliminate
+from lienumba.integrators.drivers.switching.problem import FREE, UNKNOWNS, Problem, eliminate
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS, Workspace
 from lienumba.integrators.sizes import Sizes
@@ -48,11 +48,14 @@ def room(at: Workspace, sizes: Sizes, switches: Integers2) -> Reactions:
     address = at.change + ROW * layout.change_room(sizes)
     v = matrix(address, q + layout.CHANGE_VECTORS, q)
     system = matrix(address + 8 * q * (q + layout.CHANGE_VECTORS), q, q + 1)
+    address += 8 * q * (2 * q + layout.CHANGE_VECTORS + 1)
+    whole, tableau = matrix(address, q, q), matrix(address + 8 * q * q, UNKNOWNS * q, UNKNOWNS * q + 2)
+    address += 8 * q * (q + UNKNOWNS * (UNKNOWNS * q + 2))
+    unknowns, labels = matrix(address, UNKNOWNS * q, 7), matrix(address + 56 * UNKNOWNS * q, 2, UNKNOWNS * q + 1)
     p = Problem(
         v[0:q], v[q], switches, v[q + 1][:s], v[q + 2][:s], v[q + 3][:s], v[q + 4], v[q + 5], v[q + 6], v[q + 7],
-        v[q + 8], v[q + 9], v[q + 10], v[q + 11], system, v[q + 12][:s], v[q + 27][:s], v[q + 28],
+        v[q + 8], v[q + 9], v[q + 10], v[q + 11], system, v[q + 12][:s], tableau, unknowns, labels,
     )  # fmt: skip
-    whole = matrix(address + 8 * q * (2 * q + layout.CHANGE_VECTORS + 1), q, q)
     g = Grips(whole, v[q + 18], v[q + 25], v[q + 19][:s], v[q + 20], v[q + 21], v[q + 22], v[q + 23])
     return Reactions(p, v[q + 13], v[q + 14], v[q + 15], v[q + 16], v[q + 17][:s], v[q + 24][:s], v[q + 26][:s], g)
 
