@@ -4,10 +4,10 @@ import numpy as np
 
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.switching import grips
+from lienumba.integrators.drivers.switching import force_distribution
 from lienumba.integrators.drivers.switching.asking import bluntness, may_act, slide, switch_fired
 from lienumba.integrators.drivers.switching.complementarity import solve
-from lienumba.integrators.drivers.switching.loads import lend
+from lienumba.integrators.drivers.switching.joint_friction import prescribe_redundant_friction
 from lienumba.integrators.drivers.switching.problem import BOUNDED, FREE, PRESSES, ROUNDING, SLIDES, SOLVED, size
 from lienumba.integrators.drivers.switching.reactions import (
     AT_ONCE,
@@ -93,7 +93,7 @@ def decide(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) 
         said = solve(p)
         if said != SOLVED:
             return said
-        lend(r, largest)
+        prescribe_redundant_friction(r, largest)
         if not _begin(r, rows, first, sizes, lane, largest) and not _settle(
             r, rows, first, sizes, lane, SLIGHT * largest
         ):
@@ -259,7 +259,7 @@ def _grip(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, s
         g.static[s] = number(rows, first, sizes, lane, s, layout.STATIC)
         rested = rows[on + s, lane] == STICK and p.law[s] == PRESSES and rows[before + s, lane] == STICK
         limit = limit or (rested and switch_fired(rows, first, sizes, lane, s, layout.SLIDES))
-    grips.part(p, g)
+    force_distribution.part(p, g)
     for row in range(sizes.switched):
         if g.group[row] == float(row):
             slid = _grip_together(r, rows, first, sizes, lane, slight, float(row), limit) or slid
@@ -270,12 +270,14 @@ def _grip(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, s
 def _edge(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) -> float:
     """The motion beyond which contacts that share are at their limits: less where this one was next to its own when
     all was decided last, and has come to it. Nearer than that its forces in a step are rounding."""
-    p, edge = r.problem, grips.AT_EDGE
-    if switch_fired(rows, first, sizes, lane, switch, layout.SLIDES) and grips.has_grip(p, r.grips, switch):
+    p, edge = r.problem, force_distribution.AT_EDGE
+    if switch_fired(rows, first, sizes, lane, switch, layout.SLIDES) and force_distribution.has_grip(
+        p, r.grips, switch
+    ):
         grip = first.state + layout.memory_row(sizes) + p.switches[switch, SWITCH_GRIP]
         rest = 1.0 - rows[grip, lane] * rows[grip, lane] - rows[grip + 1, lane] * rows[grip + 1, lane]
-        if rest * grips.NEXT_TO_EDGE * grips.NEXT_TO_EDGE < 1.0:
-            edge = 0.5 * grips.NEXT_TO_EDGE
+        if rest * force_distribution.NEXT_TO_EDGE * force_distribution.NEXT_TO_EDGE < 1.0:
+            edge = 0.5 * force_distribution.NEXT_TO_EDGE
     return edge
 
 
@@ -285,7 +287,7 @@ def _pace(r: Reactions, switch: int, slight: float, shared: bool, scale: float, 
     p, row = r.problem, r.problem.switches[switch, SWITCH_FIRST]
     if p.switches[switch, SWITCH_TANGENTS] == 0 or not p.x[row] > slight:
         return 0.0
-    if shared and grips.has_grip(p, r.grips, switch):
+    if shared and force_distribution.has_grip(p, r.grips, switch):
         return along(r, switch, r.grips.z) / (scale * fastest) if fastest > edge else 0.0
     return 1.0 if _on_edge(r, switch) else 0.0
 
@@ -296,7 +298,7 @@ def _grip_together(
 ) -> bool:
     """The same of one group of them; limit: whether any contact has come to all that it may hold."""
     p, g, on, slid = r.problem, r.grips, first.state + layout.on_row(sizes), False
-    some, shared, fastest, scale, edge = False, False, 0.0, 0.0, grips.AT_EDGE
+    some, shared, fastest, scale, edge = False, False, 0.0, 0.0, force_distribution.AT_EDGE
     for s in range(sizes.switches):
         rests = g.group[p.switches[s, SWITCH_FIRST]] == group and rows[on + s, lane] == STICK and p.law[s] == PRESSES
         some = some or (rests and p.switches[s, SWITCH_GRIP] >= 0)
@@ -304,9 +306,9 @@ def _grip_together(
         g.carries[i] = 0.0
     if some:
         _lean(r, rows, first, sizes, lane, group)
-        shared = grips.depend(p, g, r.taken)
+        shared = force_distribution.depend(p, g, r.taken)
     if shared:
-        fastest, scale = grips.find(p, g, r.taken)
+        fastest, scale = force_distribution.find(p, g, r.taken)
         for s in range(sizes.switches):
             edge = min(edge, _edge(r, rows, first, sizes, lane, s))
     less = False
@@ -316,7 +318,7 @@ def _grip_together(
         if rests and p.friction[s] > kinetic and _pace(r, s, slight, shared, scale, fastest, edge) > FOLLOWS:
             p.friction[s], less = kinetic, True
     for s in range(sizes.switches):
-        row, own = p.switches[s, SWITCH_FIRST], grips.has_grip(p, g, s)
+        row, own = p.switches[s, SWITCH_FIRST], force_distribution.has_grip(p, g, s)
         rests = g.group[row] == group and rows[on + s, lane] == STICK and p.law[s] == PRESSES
         pace = _pace(r, s, slight, shared, scale, fastest, edge) if rests and limit and not less else 0.0
         if pace > FOLLOWS:
@@ -327,7 +329,7 @@ def _grip_together(
         if own:
             c, d, u, v, w = 0.0, 0.0, 0.0, 0.0, 1.0
             if shared and scale > 0.0:
-                c, d, u, v, w = grips.kept(p, g, s, scale)
+                c, d, u, v, w = force_distribution.kept(p, g, s, scale)
             memory = first.state + layout.memory_row(sizes)
             start, grip = memory + p.switches[s, layout.SWITCH_MEMORY], memory + p.switches[s, SWITCH_GRIP]
             rows[start, lane], rows[start + 1, lane] = c, d

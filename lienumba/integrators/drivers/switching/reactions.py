@@ -10,7 +10,7 @@ from lienumba.compiler.routines.marks import Integers2, apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.events.tolerances import CLOSED_GAP_RTOL
-from lienumba.integrators.drivers.switching.grips import Grips
+from lienumba.integrators.drivers.switching.force_distribution import Grips
 from lienumba.integrators.drivers.switching.problem import FREE, UNKNOWNS, Problem, eliminate
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS, Workspace

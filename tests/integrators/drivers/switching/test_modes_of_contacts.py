@@ -7,7 +7,7 @@ import pytest
 
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.switching import impacts, modes, problem, reactions
-from lienumba.integrators.drivers.switching.grips import Grips
+from lienumba.integrators.drivers.switching.force_distribution import Grips
 from lienumba.integrators.drivers.switching.reactions import Reactions
 from lienumba.integrators.layout import KINETIC, OFF, SLIDE, STATIC, STICK, UNILATERAL
 from lienumba.integrators.sizes import Sizes

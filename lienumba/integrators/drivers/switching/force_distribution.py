@@ -11,20 +11,21 @@ from typing import NamedTuple
 import numpy as np
 
 from lienumba.compiler.routines.marks import Floats1, Floats2, apart, inlined
-from lienumba.integrators.drivers.switching.problem import Problem, eliminate
-from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_GRIP, SWITCH_ROWS, SWITCH_SHARES
+from lienumba.integrators.drivers.switching.problem import BOUNDED, PRESSES, SLIDES, Problem, eliminate, size
+from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS
 
 AT_EDGE, NEXT_TO_EDGE = 1e4, 2e3  # u: all but 5e-9, and all but 1e-7, of what there may be
 PATIENCE, HALVINGS = 60, 12  # Newton steps, and how often one is halved
 BALANCED, NEARLY = 1e-13, 1e-7  # of the largest load: rounding, and what is close to a limit
 FAINT = 1e-9  # of the largest mu N: what presses by less counts as this
 SOFTEST = 1e-8  # of 1 - |g|^2
+STICKS, FOLLOWS = 1.0, 2.0  # rows with a force of their own, and with one that follows from a normal
 
 
 class Grips(NamedTuple):
     """whole (q, q): 1 + G of `mechanics.system.switched.border`, its columns those of rows that are taken; carries
-    (q,): 1 for rows that have a force of their own; group (q,): see `part`; static (s,): coefficients; y, z, forces,
-    loads (q,): see `find`."""
+    (q,): STICKS for rows that have a force of their own, FOLLOWS for tangents that slide; group (q,): see `part`;
+    static (s,): coefficients; y, z, forces, loads (q,): see `find`."""
 
     whole: Floats2
     carries: Floats1
@@ -86,8 +87,8 @@ def depend(p: Problem, g: Grips, taken: Floats1) -> bool:
 
 
 @inlined
-def _parts(p: Problem, g: Grips, switch: int, scale: float) -> tuple[float, float, float]:
-    """Of what a contact has along its tangents: w, and u."""
+def _motion(p: Problem, g: Grips, switch: int, scale: float) -> tuple[float, float, float]:
+    """Of a contact that sticks: w, the limit of its friction in parts of the scale, and u along its tangents."""
     first = p.switches[switch, SWITCH_FIRST]
     w = max(g.static[switch] * g.forces[first], FAINT * scale) / scale
     return w, g.z[first + 1] / scale, g.z[first + 2] / scale
@@ -95,8 +96,19 @@ def _parts(p: Problem, g: Grips, switch: int, scale: float) -> tuple[float, floa
 
 @inlined
 def has_grip(p: Problem, g: Grips, switch: int) -> bool:
-    """Whether it has a force of its own along its tangents."""
-    return p.switches[switch, SWITCH_GRIP] >= 0 and g.carries[p.switches[switch, SWITCH_FIRST] + 1] != 0.0
+    """Whether a contact sticks with friction of its own."""
+    return p.switches[switch, SWITCH_TANGENTS] == 2 and g.carries[p.switches[switch, SWITCH_FIRST] + 1] == STICKS
+
+
+@inlined
+def _is_dry(p: Problem, g: Grips, switch: int) -> bool:
+    """Whether a joint sticks by friction."""
+    return p.law[switch] == BOUNDED and g.carries[p.switches[switch, SWITCH_FIRST]] == STICKS
+
+
+@inlined
+def _presses(p: Problem, g: Grips, switch: int) -> bool:
+    return p.law[switch] >= PRESSES and g.carries[p.switches[switch, SWITCH_FIRST]] != 0.0
 
 
 @apart
@@ -107,12 +119,21 @@ def _unbalanced(p: Problem, g: Grips, scale: float) -> float:
         total = 0.0
         for j in range(q):
             total += g.whole[i, j] * g.y[j]
-        g.z[i] = g.forces[i] = total
+        g.z[i], g.forces[i] = total, 0.0
     for s in range(p.law.size):
+        first = p.switches[s, SWITCH_FIRST]
+        if _presses(p, g, s):
+            g.forces[first] = max(g.z[first], 0.0)
         if has_grip(p, g, s):
-            first, (w, u, v) = p.switches[s, SWITCH_FIRST], _parts(p, g, s, scale)
+            w, u, v = _motion(p, g, s, scale)
             most = w * scale / np.sqrt(1.0 + u * u + v * v)
             g.forces[first + 1], g.forces[first + 2] = most * u, most * v
+        elif _is_dry(p, g, s):
+            u = g.z[first] / (p.anchor[first] * scale)
+            g.forces[first] = p.bound[s] * u / np.sqrt(1.0 + u * u)
+        elif p.law[s] == SLIDES:
+            for i in range(first + 1, first + 1 + p.switches[s, SWITCH_TANGENTS]):
+                g.forces[i] = -p.friction[s] * p.direction[i] * g.forces[first]
     for j in range(q):
         total = g.loads[j]
         for i in range(q):
@@ -133,20 +154,24 @@ def _stiffness(p: Problem, g: Grips, scale: float) -> None:
             p.matrix[i, j] = 0.0
     for s in range(p.law.size):
         first = p.switches[s, SWITCH_FIRST]
-        if p.switches[s, SWITCH_SHARES] != 0 and g.carries[first] != 0.0:
-            for i in range(q):
-                for j in range(q):
-                    p.matrix[i, j] += g.whole[first, i] * g.whole[first, j]
+        if _presses(p, g, s) and g.z[first] > 0.0:
+            _add(p, g, first, first, 1.0)
+            for i in range(first + 1, first + 1 + p.switches[s, SWITCH_TANGENTS] if p.law[s] == SLIDES else first):
+                _add(p, g, i, first, -p.friction[s] * p.direction[i])
         if has_grip(p, g, s):
-            w, u, v = _parts(p, g, s, scale)
+            w, u, v = _motion(p, g, s, scale)
             one = 1.0 + u * u + v * v
-            part, along = w / (one * np.sqrt(one)), g.static[s] / np.sqrt(one)
-            xx, xy, yy = part * (one - u * u), -part * u * v, part * (one - v * v)
-            for j in range(q):
-                x = along * u * g.whole[first, j] + xx * g.whole[first + 1, j] + xy * g.whole[first + 2, j]
-                y = along * v * g.whole[first, j] + xy * g.whole[first + 1, j] + yy * g.whole[first + 2, j]
-                for i in range(q):
-                    p.matrix[i, j] += g.whole[first + 1, i] * x + g.whole[first + 2, i] * y
+            part, along = w / (one * np.sqrt(one)), g.static[s] / np.sqrt(one) if g.z[first] > 0.0 else 0.0
+            _add(p, g, first + 1, first, along * u)
+            _add(p, g, first + 2, first, along * v)
+            _add(p, g, first + 1, first + 1, part * (one - u * u))
+            _add(p, g, first + 1, first + 2, -part * u * v)
+            _add(p, g, first + 2, first + 1, -part * u * v)
+            _add(p, g, first + 2, first + 2, part * (one - v * v))
+        elif _is_dry(p, g, s):
+            u = g.z[first] / (p.anchor[first] * scale)
+            one = 1.0 + u * u
+            _add(p, g, first, first, p.bound[s] / (one * np.sqrt(one) * p.anchor[first] * scale))
     for i in range(q):
         p.diagonal[i] = 1.0 / np.sqrt(p.matrix[i, i]) if p.matrix[i, i] > 0.0 else 1.0
     for i in range(q):
@@ -158,11 +183,40 @@ def _stiffness(p: Problem, g: Grips, scale: float) -> None:
             p.matrix[i, j] /= most
 
 
+@inlined
+def _add(p: Problem, g: Grips, row: int, column: int, stiffness: float) -> None:
+    """The stiffness of a force in one row against the motion of another."""
+    for i in range(p.free.size):
+        for j in range(p.free.size):
+            p.matrix[i, j] += g.whole[row, i] * stiffness * g.whole[column, j]
+
+
+@apart
+def _scale(p: Problem, g: Grips) -> float:
+    """The largest limit of friction (N), of a joint as that of a contact that moves its row alike: by a length, to
+    `anchor`."""
+    softest, dry, scale = 0.0, 0.0, 0.0
+    for s in range(p.law.size):
+        first = p.switches[s, SWITCH_FIRST]
+        if _presses(p, g, s):
+            softest = max(softest, p.S[first, first])
+        if _is_dry(p, g, s):
+            dry = max(dry, p.S[first, first])
+    for s in range(p.law.size):
+        first = p.switches[s, SWITCH_FIRST]
+        if has_grip(p, g, s):
+            scale = max(scale, g.static[s] * p.x[first])
+        if _is_dry(p, g, s):
+            p.anchor[first] = np.sqrt(p.S[first, first] / (softest if softest > 0.0 else dry))
+            scale = max(scale, p.bound[s] * p.anchor[first])
+    return scale
+
+
 @apart
 def find(p: Problem, g: Grips, taken: Floats1) -> tuple[float, float]:
     """Forces that do what those of x do, of all rows that carry, and the motion z = whole y for that; returns the
     largest |u| and the largest mu N. Where there are none, |u| is beyond `AT_EDGE`, and z is how everything slips."""
-    q, scale, largest = p.free.size, 0.0, 0.0
+    q, scale, largest = p.free.size, _scale(p, g), 0.0
     for j in range(q):
         g.loads[j], g.y[j] = 0.0, 0.0
         for i in range(q):
@@ -172,8 +226,6 @@ def find(p: Problem, g: Grips, taken: Floats1) -> tuple[float, float]:
         first = p.switches[s, SWITCH_FIRST]
         if g.carries[first] != 0.0 and taken[first] != 0.0:
             g.y[first] = p.x[first]
-        if has_grip(p, g, s):
-            scale = max(scale, g.static[s] * p.x[first])
     if not scale > 0.0:
         return 0.0, 0.0
     worst = _unbalanced(p, g, scale)
@@ -206,15 +258,18 @@ def _farthest(p: Problem, g: Grips, scale: float) -> float:
     most = 0.0
     for s in range(p.law.size):
         if has_grip(p, g, s):
-            _, u, v = _parts(p, g, s, scale)
+            _, u, v = _motion(p, g, s, scale)
             most = max(most, np.sqrt(u * u + v * v))
+        elif _is_dry(p, g, s):
+            row = p.switches[s, SWITCH_FIRST]
+            most = max(most, size(g.z[row]) / (p.anchor[row] * scale))
     return most
 
 
 @apart
 def kept(p: Problem, g: Grips, switch: int, scale: float) -> tuple[float, float, float, float, float]:
     """What a contact remembers of it: c, g and w of `laws.grip`, such that a step begins with these forces."""
-    first, (w, u, v) = p.switches[switch, SWITCH_FIRST], _parts(p, g, switch, scale)
+    first, (w, u, v) = p.switches[switch, SWITCH_FIRST], _motion(p, g, switch, scale)
     one = 1.0 + u * u + v * v
     soft = np.sqrt(min(1.0 / one, (1.0 - SOFTEST) / max(one - 1.0, FAINT)))
     gx, gy, w, x, y = soft * u, soft * v, w / np.sqrt(one), 0.0, 0.0
