@@ -1,9 +1,10 @@
-"""How contacts that rest share what holds them, of one run, where several say the same.
+"""Forces of redundant contacts and joint friction at rest, of one run: regularised Coulomb friction.
 
-As if each gave way a little to a small motion z of all: its normal force is that of a spring, along its tangents it
-carries mu N u / sqrt(1 + |u|^2), u being z along them, as a part of the largest mu N. That is all that any of them may
-only where no forces within Coulomb's disks hold what rests: so all that have to slip reach their limits together, and
-each as late as it can. Forces are found by Newton's method; between changes a step has what the law is to first order.
+Statics leaves these forces undetermined. They are those of members that all follow one small motion z: a normal force
+is that of a spring, max(z_n, 0); friction is mu N u / sqrt(1 + |u|^2) with u = z_t over the largest mu N; that of a
+joint is bound u / sqrt(1 + u^2), its row scaled to the length of a contact's. The limits are reached only where no
+forces within Coulomb's disks hold the mechanism, so that all members that have to slip reach them together. Newton's
+method finds z. Between changes a step has this law of contacts to first order, and the friction of joints is constant.
 """
 
 from typing import NamedTuple
@@ -22,7 +23,7 @@ SOFTEST = 1e-8  # of 1 - |g|^2
 STICKS, FOLLOWS = 1.0, 2.0  # rows with a force of their own, and with one that follows from a normal
 
 
-class Grips(NamedTuple):
+class Distribution(NamedTuple):
     """whole (q, q): 1 + G of `mechanics.system.switched.border`, its columns those of rows that are taken; carries
     (q,): STICKS for rows that have a force of their own, FOLLOWS for tangents that slide; group (q,): see `part`;
     static (s,): coefficients; y, z, forces, loads (q,): see `find`."""
@@ -38,9 +39,8 @@ class Grips(NamedTuple):
 
 
 @apart
-def part(p: Problem, g: Grips) -> None:
-    """Rows into groups that know nothing of each other, each called by its first row: bodies that nothing connects have
-    forces of sizes of their own."""
+def part(p: Problem, g: Distribution) -> None:
+    """Divide the rows into groups without coupling in S, named by their first rows: each has a scale of its own."""
     q, some = p.free.size, True
     for s in range(p.law.size):
         first = p.switches[s, SWITCH_FIRST]
@@ -63,8 +63,8 @@ def part(p: Problem, g: Grips) -> None:
 
 
 @apart
-def depend(p: Problem, g: Grips, taken: Floats1) -> bool:
-    """1 + G, from what all else has left of S in `matrix`; whether any rows say the same."""
+def find_dependence(p: Problem, g: Distribution, taken: Floats1) -> bool:
+    """Find 1 + G from S less all other rows, in `matrix`; return whether any rows are redundant."""
     q, some = p.free.size, False
     for k in range(q):
         if g.carries[k] != 0.0 and taken[k] != 0.0:
@@ -87,7 +87,7 @@ def depend(p: Problem, g: Grips, taken: Floats1) -> bool:
 
 
 @inlined
-def _motion(p: Problem, g: Grips, switch: int, scale: float) -> tuple[float, float, float]:
+def _motion(p: Problem, g: Distribution, switch: int, scale: float) -> tuple[float, float, float]:
     """Of a contact that sticks: w, the limit of its friction in parts of the scale, and u along its tangents."""
     first = p.switches[switch, SWITCH_FIRST]
     w = max(g.static[switch] * g.forces[first], FAINT * scale) / scale
@@ -95,25 +95,26 @@ def _motion(p: Problem, g: Grips, switch: int, scale: float) -> tuple[float, flo
 
 
 @inlined
-def has_grip(p: Problem, g: Grips, switch: int) -> bool:
+def has_friction(p: Problem, g: Distribution, switch: int) -> bool:
     """Whether a contact sticks with friction of its own."""
     return p.switches[switch, SWITCH_TANGENTS] == 2 and g.carries[p.switches[switch, SWITCH_FIRST] + 1] == STICKS
 
 
 @inlined
-def _is_dry(p: Problem, g: Grips, switch: int) -> bool:
+def _is_dry(p: Problem, g: Distribution, switch: int) -> bool:
     """Whether a joint sticks by friction."""
     return p.law[switch] == BOUNDED and g.carries[p.switches[switch, SWITCH_FIRST]] == STICKS
 
 
 @inlined
-def _presses(p: Problem, g: Grips, switch: int) -> bool:
+def _presses(p: Problem, g: Distribution, switch: int) -> bool:
     return p.law[switch] >= PRESSES and g.carries[p.switches[switch, SWITCH_FIRST]] != 0.0
 
 
 @apart
-def _unbalanced(p: Problem, g: Grips, scale: float) -> float:
-    """Forces of y, and by how much they miss the loads; to the last column of `matrix` with a minus."""
+def _unbalanced(p: Problem, g: Distribution, scale: float) -> float:
+    """Find the forces of the motion y; return the largest residual of the loads, which is the last column of
+    `matrix`."""
     q, worst = p.free.size, 0.0
     for i in range(q):
         total = 0.0
@@ -124,7 +125,7 @@ def _unbalanced(p: Problem, g: Grips, scale: float) -> float:
         first = p.switches[s, SWITCH_FIRST]
         if _presses(p, g, s):
             g.forces[first] = max(g.z[first], 0.0)
-        if has_grip(p, g, s):
+        if has_friction(p, g, s):
             w, u, v = _motion(p, g, s, scale)
             most = w * scale / np.sqrt(1.0 + u * u + v * v)
             g.forces[first + 1], g.forces[first + 2] = most * u, most * v
@@ -144,10 +145,9 @@ def _unbalanced(p: Problem, g: Grips, scale: float) -> float:
 
 
 @apart
-def _stiffness(p: Problem, g: Grips, scale: float) -> None:
-    """How the loads grow with y, to `matrix`: columns scaled by what would bring its diagonal to 1, kept as `diagonal`,
-    then rows by their largest entry. Next to a limit that is how friction grows with pressure, 1e5 times the
-    diagonal."""
+def _stiffness(p: Problem, g: Distribution, scale: float) -> None:
+    """Write the derivative of the loads by y to `matrix`, its columns scaled to a diagonal of 1 by `diagonal`, its rows
+    by their largest entries: next to a limit friction grows with the normal force, by 1e5 times the diagonal."""
     q = p.free.size
     for i in range(q):
         for j in range(q):
@@ -158,7 +158,7 @@ def _stiffness(p: Problem, g: Grips, scale: float) -> None:
             _add(p, g, first, first, 1.0)
             for i in range(first + 1, first + 1 + p.switches[s, SWITCH_TANGENTS] if p.law[s] == SLIDES else first):
                 _add(p, g, i, first, -p.friction[s] * p.direction[i])
-        if has_grip(p, g, s):
+        if has_friction(p, g, s):
             w, u, v = _motion(p, g, s, scale)
             one = 1.0 + u * u + v * v
             part, along = w / (one * np.sqrt(one)), g.static[s] / np.sqrt(one) if g.z[first] > 0.0 else 0.0
@@ -184,7 +184,7 @@ def _stiffness(p: Problem, g: Grips, scale: float) -> None:
 
 
 @inlined
-def _add(p: Problem, g: Grips, row: int, column: int, stiffness: float) -> None:
+def _add(p: Problem, g: Distribution, row: int, column: int, stiffness: float) -> None:
     """The stiffness of a force in one row against the motion of another."""
     for i in range(p.free.size):
         for j in range(p.free.size):
@@ -192,7 +192,7 @@ def _add(p: Problem, g: Grips, row: int, column: int, stiffness: float) -> None:
 
 
 @apart
-def _scale(p: Problem, g: Grips) -> float:
+def _scale(p: Problem, g: Distribution) -> float:
     """The largest limit of friction (N), of a joint as that of a contact that moves its row alike: by a length, to
     `anchor`."""
     softest, dry, scale = 0.0, 0.0, 0.0
@@ -204,7 +204,7 @@ def _scale(p: Problem, g: Grips) -> float:
             dry = max(dry, p.S[first, first])
     for s in range(p.law.size):
         first = p.switches[s, SWITCH_FIRST]
-        if has_grip(p, g, s):
+        if has_friction(p, g, s):
             scale = max(scale, g.static[s] * p.x[first])
         if _is_dry(p, g, s):
             p.anchor[first] = np.sqrt(p.S[first, first] / (softest if softest > 0.0 else dry))
@@ -213,9 +213,9 @@ def _scale(p: Problem, g: Grips) -> float:
 
 
 @apart
-def find(p: Problem, g: Grips, taken: Floats1) -> tuple[float, float]:
-    """Forces that do what those of x do, of all rows that carry, and the motion z = whole y for that; returns the
-    largest |u| and the largest mu N. Where there are none, |u| is beyond `AT_EDGE`, and z is how everything slips."""
+def find(p: Problem, g: Distribution, taken: Floats1) -> tuple[float, float]:
+    """Find the forces of all rows that carry with the resultant of x, and the motion z = whole y; return the largest
+    |u| and the largest limit of friction. Where there are no such forces, |u| is above `AT_EDGE`, and z is the slip."""
     q, scale, largest = p.free.size, _scale(p, g), 0.0
     for j in range(q):
         g.loads[j], g.y[j] = 0.0, 0.0
@@ -253,11 +253,11 @@ def find(p: Problem, g: Grips, taken: Floats1) -> tuple[float, float]:
 
 
 @apart
-def _farthest(p: Problem, g: Grips, scale: float) -> float:
-    """The largest |u|."""
+def _farthest(p: Problem, g: Distribution, scale: float) -> float:
+    """Return the largest |u|."""
     most = 0.0
     for s in range(p.law.size):
-        if has_grip(p, g, s):
+        if has_friction(p, g, s):
             _, u, v = _motion(p, g, s, scale)
             most = max(most, np.sqrt(u * u + v * v))
         elif _is_dry(p, g, s):
@@ -267,8 +267,8 @@ def _farthest(p: Problem, g: Grips, scale: float) -> float:
 
 
 @apart
-def kept(p: Problem, g: Grips, switch: int, scale: float) -> tuple[float, float, float, float, float]:
-    """What a contact remembers of it: c, g and w of `laws.grip`, such that a step begins with these forces."""
+def kept(p: Problem, g: Distribution, switch: int, scale: float) -> tuple[float, float, float, float, float]:
+    """Return c, g and w of `laws.grip` for a contact, such that a step begins with these forces."""
     first, (w, u, v) = p.switches[switch, SWITCH_FIRST], _motion(p, g, switch, scale)
     one = 1.0 + u * u + v * v
     soft = np.sqrt(min(1.0 / one, (1.0 - SOFTEST) / max(one - 1.0, FAINT)))

@@ -7,7 +7,7 @@ import pytest
 
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.switching import impacts, modes, problem, reactions
-from lienumba.integrators.drivers.switching.force_distribution import Grips
+from lienumba.integrators.drivers.switching.force_distribution import Distribution
 from lienumba.integrators.drivers.switching.reactions import Reactions
 from lienumba.integrators.layout import KINETIC, OFF, SLIDE, STATIC, STICK, UNILATERAL
 from lienumba.integrators.sizes import Sizes
@@ -40,7 +40,7 @@ class Lane:
             np.zeros_like(S), v[0], switches, law, friction, bound, *v[1:9], np.zeros((row, row + 1)), least,
             np.zeros((4 * row, 4 * row + 2)), np.zeros((4 * row, 7)), np.zeros((2, 4 * row + 1)),
         )  # fmt: skip
-        grip = Grips(np.zeros_like(S), v[13], v[18], static, *v[14:18])
+        grip = Distribution(np.zeros_like(S), v[13], v[18], static, *v[14:18])
         self.r = Reactions(p, *v[9:13], begins, paces, lent, grip)
 
     def put(self, where: Any, which: Any, values: Any) -> None:
