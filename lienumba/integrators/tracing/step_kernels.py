@@ -103,9 +103,9 @@ def _inline(tracer: Tracer, opened: bool) -> Kernel:
     )
     sound = reports.sound[0]
     for other in reports.sound[1:]:
-        sound = minimum(sound, other) if tracer.structure.leaning else sound * other
+        sound = minimum(sound, other) if tracer.structure.friction_rows else sound * other
     code = verdict(tracer.strict(rotation), square, reports.sound[0], sound)
-    if tracer.structure.leaning:
+    if tracer.structure.friction_rows:
         code = where(sound < 0.0, PARADOX, code)
     after = augmented_after(tracer, model, augmented, tracer.posture(model, new, augmented, t + h).now, h, reports)
     outputs = [*flat(new), *after, code, *(reports.margin[:1] if tracer.augmented.masks else [])]

@@ -268,7 +268,7 @@ def _farthest(p: Problem, g: Distribution, scale: float) -> float:
 
 @apart
 def kept(p: Problem, g: Distribution, switch: int, scale: float) -> tuple[float, float, float, float, float]:
-    """Return c, g and w of `laws.grip` for a contact, such that a step begins with these forces."""
+    """Return c, g and w of `laws.compliance` for a contact, such that a step begins with these forces."""
     first, (w, u, v) = p.switches[switch, SWITCH_FIRST], _motion(p, g, switch, scale)
     one = 1.0 + u * u + v * v
     soft = np.sqrt(min(1.0 / one, (1.0 - SOFTEST) / max(one - 1.0, FAINT)))

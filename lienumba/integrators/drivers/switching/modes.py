@@ -33,8 +33,8 @@ from lienumba.integrators.layout import (
     OFF,
     SLIDE,
     STICK,
+    SWITCH_COMPLIANCE,
     SWITCH_FIRST,
-    SWITCH_GRIP,
     SWITCH_KIND,
     SWITCH_ROWS,
     SWITCH_TANGENTS,
@@ -237,8 +237,8 @@ def _assign_modes(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane
                 memory = p.switches[s, layout.SWITCH_MEMORY] + n
                 measured = rows[first.change + layout.border_memory(sizes) + memory, lane]
                 rows[first.state + layout.memory_row(sizes) + memory, lane] = measured
-            if p.switches[s, SWITCH_GRIP] >= 0 and _begins(r, s):  # with what is faster, so it may be slow
-                rows[first.state + layout.memory_row(sizes) + p.switches[s, SWITCH_GRIP] + 2, lane] = 0.0
+            if p.switches[s, SWITCH_COMPLIANCE] >= 0 and _begins(r, s):  # with what is faster, so it may be slow
+                rows[first.state + layout.memory_row(sizes) + p.switches[s, SWITCH_COMPLIANCE] + 2, lane] = 0.0
     return slid or left
 
 
@@ -282,7 +282,7 @@ def _edge(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, s
     if switch_fired(rows, first, sizes, lane, switch, layout.SLIDES) and force_distribution.has_friction(
         p, r.distribution, switch
     ):
-        grip = first.state + layout.memory_row(sizes) + p.switches[switch, SWITCH_GRIP]
+        grip = first.state + layout.memory_row(sizes) + p.switches[switch, SWITCH_COMPLIANCE]
         rest = 1.0 - rows[grip, lane] * rows[grip, lane] - rows[grip + 1, lane] * rows[grip + 1, lane]
         if rest * force_distribution.NEXT_TO_EDGE * force_distribution.NEXT_TO_EDGE < 1.0:
             edge = 0.5 * force_distribution.NEXT_TO_EDGE
@@ -311,7 +311,7 @@ def _update_contact_group(
     some, shared, fastest, scale, edge = False, False, 0.0, 0.0, force_distribution.AT_EDGE
     for s in range(sizes.switches):
         rests = g.group[p.switches[s, SWITCH_FIRST]] == group and rows[on + s, lane] == STICK and p.law[s] == PRESSES
-        some = some or (rests and p.switches[s, SWITCH_GRIP] >= 0)
+        some = some or (rests and p.switches[s, SWITCH_COMPLIANCE] >= 0)
     for i in range(sizes.switched):
         g.carries[i] = 0.0
     if some:
@@ -341,7 +341,7 @@ def _update_contact_group(
             if shared and scale > 0.0:
                 c, d, u, v, w = force_distribution.kept(p, g, s, scale)
             memory = first.state + layout.memory_row(sizes)
-            start, grip = memory + p.switches[s, layout.SWITCH_MEMORY], memory + p.switches[s, SWITCH_GRIP]
+            start, grip = memory + p.switches[s, layout.SWITCH_MEMORY], memory + p.switches[s, SWITCH_COMPLIANCE]
             rows[start, lane], rows[start + 1, lane] = c, d
             rows[grip, lane], rows[grip + 1, lane], rows[grip + 2, lane] = u, v, w
             for i in range(start + 2, grip):
