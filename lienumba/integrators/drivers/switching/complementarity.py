@@ -196,8 +196,11 @@ def _comply(p: Problem, compliance: float) -> None:
 
 @apart
 def _search(p: Problem) -> int:
-    """Newton's method from x, if that is known, then from solutions with polygons, until one converges."""
-    known = False
+    """Newton's method from x, if that is known or all laws are linear, then from solutions with polygons, until one
+    converges."""
+    known = True
+    for s in range(p.law.size):
+        known = known and p.law[s] <= HOLDS
     for i in range(p.free.size):
         known = known or p.x[i] != 0.0
     if known and newton(p) == SOLVED:
