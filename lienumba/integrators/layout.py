@@ -72,7 +72,7 @@ SWITCH_KIND = 0  # BILATERAL: joints and locks; UNILATERAL: stops and contacts; 
 SWITCH_FIRST, SWITCH_ROWS = 1, 2  # its first row among the switched ones, and how many it has
 SWITCH_TANGENTS = 3  # how many of its rows, the last ones, are tangents
 SWITCH_MEMORY, SWITCH_MEMORIES = 4, 5  # its first number of memory, and how many it has
-SWITCH_SHARES, SWITCH_GRIP = 6, 7  # whether it shares what it carries; its first number of that in memory, or -1
+SWITCH_SHARES, SWITCH_COMPLIANCE = 6, 7  # whether it shares what it carries; its first number of that in memory, or -1
 SWITCH_NUMBERS = 8
 BILATERAL, UNILATERAL, FRICTION = range(3)
 OFF, STICK, SLIDE = range(3)
@@ -363,7 +363,7 @@ def kick_rows(sizes: Sizes) -> int:
     return kick_rates(sizes) + sizes.switched
 
 
-CHANGE_VECTORS = 29  # rows of numbers with which changes of one run are worked out
+CHANGE_VECTORS = 27  # rows of numbers with which changes of one run are worked out
 
 
 @kernel
@@ -386,7 +386,8 @@ def change_forces(sizes: Sizes) -> int:
 
 @kernel
 def change_room(sizes: Sizes) -> int:
-    """Behind them, where one lane at a time is worked on: three matrices of q rows, and vectors."""
+    """Behind them, where one lane at a time is worked on: three matrices of q rows, vectors, and
+    what `switching.pivoting` works in."""
     return change_forces(sizes) + sizes.switches
 
 
@@ -394,7 +395,7 @@ def change_room(sizes: Sizes) -> int:
 def change_rows(sizes: Sizes) -> int:
     """Of all this; none without switches."""
     q = sizes.switched
-    return change_room(sizes) - (-q * (3 * q + 1 + CHANGE_VECTORS) // W) if q > 0 else 0
+    return change_room(sizes) - (-(q * (19 * q + 45 + CHANGE_VECTORS) + 2) // W) if q > 0 else 0
 
 
 @kernel

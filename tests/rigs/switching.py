@@ -118,7 +118,7 @@ def _memory(model: Model, switch: Switch, now: Instant, rng: np.random.Generator
         moves = () if contact.normal is not None else (1.0 if float(lift(normal[2]).a) >= 0.0 else -1.0,)
         # however what sticks grips: it changes nothing where nothing else says the same
         grip = np.random.default_rng(switch.first).uniform([-0.6, -0.6, 0.1], [0.6, 0.6, 1.0])
-        return (*d, *moves, *(grip.tolist() if switch.grips else ()))
+        return (*d, *moves, *(grip.tolist() if switch.compliant else ()))
     return (float(rng.choice([-1.0, 1.0])),) * switch.memories
 
 

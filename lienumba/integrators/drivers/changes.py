@@ -32,13 +32,13 @@ from lienumba.integrators.drivers.events.tolerances import CLOSED_GAP_RTOL, CONT
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue, keep_state
 from lienumba.integrators.drivers.measuring.steps import forget_past_of
 from lienumba.integrators.drivers.switching import (
-    asking,
     complementarity,
+    contact_laws,
     impacts,
+    independent_rows,
     modes,
     problem,
     reactions,
-    used_rows,
 )
 from lienumba.integrators.drivers.switching.closing import close, has_closed, project, widest_gap
 from lienumba.integrators.drivers.switching.reactions import Reactions
@@ -124,7 +124,7 @@ def change(context: Context, runs: ChunkRuns, queue: Queue, end: float, step: fl
             if rows[first.lanes + CHANGED, lane] != 0.0:
                 if rows[first.lanes + FREES, lane] == 0.0:
                     starts = n == 0 and rows[first.lanes + FRESH, lane] != 0.0
-                    reactions.hasten(rows, first, sizes, plan.switches, lane, starts, end)
+                    reactions.update_velocity_scale(rows, first, sizes, plan.switches, lane, starts, end)
                 if sizes.values > 0:
                     rows[first.lanes + HAD, lane] = _energy(sizes, first, rows, plan, lane)
                 _begin(sizes, first, rows, plan, lane)
@@ -141,13 +141,13 @@ def change(context: Context, runs: ChunkRuns, queue: Queue, end: float, step: fl
             _gain(kernels, sizes, at, first, rows, plan)
         if switched and any_lane(load(lanes, FRESH) != 0.0):  # with what now holds from the start on
             call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
-        r = reactions.room(at, sizes, plan.switches)
+        r = reactions.contact_workspace(at, sizes, plan.switches)
         closing = load(lanes, PICKED) != 0.0
         if any_lane(closing):
             for lane in range(W):
                 if rows[first.lanes + PICKED, lane] != 0.0:
                     reactions.read(r, rows, first, sizes, lane)
-                    used_rows.choose_rows(r, rows, first, sizes, lane)
+                    independent_rows.choose_rows(r, rows, first, sizes, lane)
             close(context, closing)
             call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
             for lane in range(W):
@@ -160,7 +160,7 @@ def change(context: Context, runs: ChunkRuns, queue: Queue, end: float, step: fl
             if changes:
                 hit = switched and rows[first.lanes + FREES, lane] == 0.0 and _hit(r, sizes, first, rows, lane)
             if changes and rows[first.lanes + STATUS, lane] == 0.0:  # impulses that were not found do nothing
-                _tell(r, sizes, first, rows, runs, queue, plan, lane)
+                _record_events(r, sizes, first, rows, runs, queue, plan, lane)
             rows[first.lanes + PICKED, lane] = 1.0 if hit and rows[first.lanes + STATUS, lane] == 0.0 else 0.0
         if switched:
             hits = load(lanes, PICKED) != 0.0
@@ -180,7 +180,7 @@ def change(context: Context, runs: ChunkRuns, queue: Queue, end: float, step: fl
                 if rows[first.lanes + FREES, lane] != 0.0:
                     let_go(sizes, first, rows, plan, lane)
                 elif rows[first.lanes + CHANGED, lane] != 0.0 and rows[first.lanes + STATUS, lane] == 0.0:
-                    _go_on(r, sizes, first, rows, runs, queue, lane, forces, step)
+                    _assign_modes_of_lane(r, sizes, first, rows, runs, queue, lane, forces, step)
             begins = load(lanes, PICKED) != 0.0
             if any_lane(begins):
                 call(kernels[layout.KICK], x, p, at.clock, impulses, at.now, at.work)
@@ -269,7 +269,7 @@ def _turn_on(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, 
 
 
 @apart
-def _book(
+def _record_change(
     rows: Rows, first: Workspace, runs: ChunkRuns, queue: Queue, lane: int, kind: int, what: int, impulse: float,
     energy: float,
 ) -> None:  # fmt: skip
@@ -285,7 +285,7 @@ def _book(
 
 
 @inlined
-def _told(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, event: int, switch: int) -> bool:
+def _is_recorded(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, event: int, switch: int) -> bool:
     """Whether an event before this one in the file has turned the same on now: its impulse is told once."""
     told = False
     for other in range(event):
@@ -308,9 +308,9 @@ def _hit(r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, lane: int) ->
             touches = on or reactions.touches(rows, first, sizes, lane, s, row)
             hit = hit or (touches and r.rates[row] < -still)
     if hit:
-        said = impacts.impulses(r, rows, first, sizes, lane)
-        if said != problem.SOLVED:
-            rows[first.lanes + STATUS, lane] = _unsolved(r, problem.UNSOLVED)
+        status = impacts.impulses(r, rows, first, sizes, lane)
+        if status != problem.SOLVED:
+            rows[first.lanes + STATUS, lane] = _failure(r, problem.UNSOLVED)
         elif not impacts.holds(r, rows, first, sizes, lane):
             rows[first.lanes + STATUS, lane] = codes.CONTRADICTS
     for i in range(sizes.switched):
@@ -327,7 +327,7 @@ def _halt(r: Reactions, sizes: Sizes, first: Workspace, rows: Rows) -> bool:
         asked = rows[first.lanes + CHANGED, lane] != 0.0 and rows[first.lanes + STATUS, lane] == 0.0
         if asked and rows[first.lanes + FREES, lane] == 0.0:
             reactions.read(r, rows, first, sizes, lane)
-            if asking.halt(r, rows, first, sizes, lane):
+            if contact_laws.halt(r, rows, first, sizes, lane):
                 rows[first.lanes + PICKED, lane], some = 1.0, True
                 for i in range(sizes.switched):
                     rows[first.change + layout.change_impulses(sizes) + i, lane] = r.problem.x[i]
@@ -335,15 +335,15 @@ def _halt(r: Reactions, sizes: Sizes, first: Workspace, rows: Rows) -> bool:
 
 
 @inlined
-def _unsolved(r: Reactions, said: int) -> float:
+def _failure(r: Reactions, status: int) -> float:
     """The status of a run in which impulses or forces were not found."""
-    if said == problem.PARADOX:
+    if status == problem.PARADOX:
         return codes.PARADOX
     return codes.CONTRADICTS if complementarity.contradicts(r.problem) else codes.UNSOLVED
 
 
 @apart
-def _tell(
+def _record_events(
     r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int
 ) -> None:
     """What events have done in a lane, and impacts, to the books."""
@@ -357,10 +357,10 @@ def _tell(
             if LOCKS <= action <= ENGAGES:
                 tells = codes.LOCKED if action == LOCKS else codes.ENGAGED
                 for n in range(plan.acts[event, TARGET], plan.acts[event, TARGET] + plan.acts[event, TARGETS]):
-                    if not _told(sizes, first, rows, plan, lane, event, plan.targets[n]):
+                    if not _is_recorded(sizes, first, rows, plan, lane, event, plan.targets[n]):
                         impulse += impacts.impulse(r, plan.targets[n])
                         energy += impacts.energy_lost(r, plan.targets[n])
-            _book(rows, first, runs, queue, lane, tells, event, impulse, energy)
+            _record_change(rows, first, runs, queue, lane, tells, event, impulse, energy)
     p, largest = r.problem, 0.0
     for i in range(sizes.switched):
         largest = max(largest, max(p.x[i], -p.x[i]))
@@ -368,11 +368,11 @@ def _tell(
         hit = p.switches[s, SWITCH_KIND] == UNILATERAL and p.x[p.switches[s, SWITCH_FIRST]] > CONTACT_ROUNDOFF * largest
         if hit:  # and not by rounding, where something else is
             impulse, energy = impacts.impulse(r, s), impacts.energy_lost(r, s)
-            _book(rows, first, runs, queue, lane, codes.IMPACT, s, impulse, energy)
+            _record_change(rows, first, runs, queue, lane, codes.IMPACT, s, impulse, energy)
 
 
 @apart
-def _go_on(
+def _assign_modes_of_lane(
     r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, lane: int, forces: bool,
     step: float,
 ) -> None:  # fmt: skip
@@ -386,16 +386,16 @@ def _go_on(
             rows[first.lanes + STATUS, lane] = codes.CONTRADICTS
     for s in range(sizes.switches):  # what was, where conditions at the end of a step were
         rows[before + sizes.events + s, lane] = rows[on + s, lane]
-    said = modes.decide(r, rows, first, sizes, lane) if forces else problem.SOLVED
+    status = modes.decide(r, rows, first, sizes, lane) if forces else problem.SOLVED
     if step > 0.0 and forces:
         modes.limit_friction_stiffness(r, rows, first, sizes, lane, step)
-    used_rows.choose_rows(r, rows, first, sizes, lane)
-    if said == problem.SOLVED and modes.heads(r, rows, first, sizes, lane):
+    independent_rows.choose_rows(r, rows, first, sizes, lane)
+    if status == problem.SOLVED and modes.seed_sliding(r, rows, first, sizes, lane):
         rows[first.lanes + PICKED, lane] = 1.0
         for i in range(sizes.switched):
             rows[first.change + layout.change_impulses(sizes) + i, lane] = p.x[i]
-    if said != problem.SOLVED:
-        rows[first.lanes + STATUS, lane] = _unsolved(r, said)
+    if status != problem.SOLVED:
+        rows[first.lanes + STATUS, lane] = _failure(r, status)
     for s in range(sizes.switches):
         was, now, kind = rows[before + sizes.events + s, lane], rows[on + s, lane], p.switches[s, SWITCH_KIND]
         if kind != BILATERAL and was != now:
@@ -405,7 +405,7 @@ def _go_on(
             if kind == UNILATERAL and now == OFF:
                 tells = codes.OPENED
             if kind != FRICTION or was != OFF:
-                _book(rows, first, runs, queue, lane, tells, s, 0.0, 0.0)
+                _record_change(rows, first, runs, queue, lane, tells, s, 0.0, 0.0)
 
 
 @inlined
@@ -432,7 +432,7 @@ def _rounding(
     if mode == OFF:
         apart = rows[first.following + sizes.events + condition + layout.SLIDES - layout.OPENS, lane] > 0.0
         return SEPARATING_GAP_RTOL if apart else CLOSED_GAP_RTOL
-    return max(force, modes.SLIGHT * -old)
+    return max(force, modes.FORCE_RTOL * -old)
 
 
 @inlined

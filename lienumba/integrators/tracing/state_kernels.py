@@ -67,8 +67,8 @@ def events(tracer: Tracer) -> Kernel:
         if turns:
             accelerations = tracer.observed(model, posture, mask, expected)[0]
         given = not tracer.method.adaptive and (tracer.tableau.carries or not tracer.tableau.implicit)
-        outputs += turning.conditions(model, posture.now, multipliers, accelerations or [], used, not given)
-        pushing = turning.pushing(model, posture.now, multipliers)
+        outputs += turning.contact_guards(model, posture.now, multipliers, accelerations or [], used, not given)
+        pushing = turning.friction_speeds(model, posture.now, multipliers)
     else:
         outputs += [0.0] * (layout.CONDITIONS * len(tracer.augmented.switches))
         pushing = [0.0] * len(tracer.augmented.switches)
@@ -79,7 +79,7 @@ def events(tracer: Tracer) -> Kernel:
     outputs += [quantities.evaluate(model, x, everything, observed) for x in values]
     if values:
         outputs += dynamics.energies(model, posture.now)
-    parting = turning.parting(model, posture.now, used)
+    parting = turning.redundant_speeds(model, posture.now, used)
     outputs += [x + y for x, y in zip(pushing, parting, strict=True)]
     rates = {} if accelerations is None else law_states.rates(model, posture.now)
     return tracer.kernel("events", outputs + quantities.condition_rates(model, posture.now, accelerations, rates))

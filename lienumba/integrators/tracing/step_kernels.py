@@ -103,9 +103,9 @@ def _inline(tracer: Tracer, opened: bool) -> Kernel:
     )
     nonsingular = reports.nonsingular[0]
     for other in reports.nonsingular[1:]:
-        nonsingular = minimum(nonsingular, other) if tracer.structure.leaning else nonsingular * other
+        nonsingular = minimum(nonsingular, other) if tracer.structure.friction_rows else nonsingular * other
     code = verdict(tracer.strict(rotation), square, reports.nonsingular[0], nonsingular)
-    if tracer.structure.leaning:
+    if tracer.structure.friction_rows:
         code = where(nonsingular < 0.0, PARADOX, code)
     after = augmented_after(tracer, model, augmented, tracer.posture(model, new, augmented, t + h).now, h, reports)
     outputs = [*flat(new), *after, code, *(reports.margin[:1] if tracer.augmented.masks else [])]

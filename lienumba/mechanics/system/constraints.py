@@ -21,8 +21,8 @@ from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Joint, Model
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
 from lienumba.mechanics.system.switched import laws
-from lienumba.mechanics.system.switched.border import Leaning
-from lienumba.mechanics.system.switches import CONTACT, FRICTION, GRIP, JOINT, LIMIT, LOCK, Switch, switches_of
+from lienumba.mechanics.system.switched.border import FrictionCoupling
+from lienumba.mechanics.system.switches import CONTACT, FRICTION, JOINT, LIMIT, LOCK, RIGID, Switch, switches_of
 from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Matrix, Number, Vector
 from lienumba.numerics.operations import absolute, is_zero, maximum, sqrt, where
@@ -220,15 +220,15 @@ def in_use(model: Model, now: Instant) -> list[Any]:
     return found
 
 
-def leaning(model: Model, now: Instant) -> Leaning | None:
+def friction_coupling(model: Model, now: Instant) -> FrictionCoupling | None:
     """Of contacts how the forces along their tangents follow, where they slide, from those along their normals, and
     where they stick, from what they share with others; None where there is no friction of contacts."""
     found: dict[tuple[int, int], Any] = {}
-    grips: dict[tuple[int, int], Any] = {}
+    compliance: dict[tuple[int, int], Any] = {}
     for c, rows in zip(constraints_of(model), rows_of(model), strict=True):
         if c.tangents and c.switch is not None and c.switch.what == CONTACT:
             mode, still = (
-                now.modes.get(c.switch.key, Mode(OFF, (0.0, 0.0, 1.0, *GRIP))),
+                now.modes.get(c.switch.key, Mode(OFF, (0.0, 0.0, 1.0, *RIGID))),
                 kinematics.still(now, c.bodies),
             )
             kinetic = model.contacts[c.switch.index].kinetic
@@ -236,12 +236,12 @@ def leaning(model: Model, now: Instant) -> Leaning | None:
             # what does not slide has no direction: rates next to 0 would have none in which they go on, as a series
             moving = tuple(where(slides, lift(x).a, d) for x, d in zip(c.law(still), kept, strict=True))
             held: Vector = (0.0, 0.0)
-            if c.switch.grips:
-                held, V = laws.grip(model, c.switch, still, mode.memory)
-                grips |= {(rows.start + a, rows.start + b): V[a][b] for a in range(2) for b in range(2)}
+            if c.switch.compliant:
+                held, V = laws.compliance(model, c.switch, still, mode.memory)
+                compliance |= {(rows.start + a, rows.start + b): V[a][b] for a in range(2) for b in range(2)}
             for n, (d, own) in enumerate(zip(laws.sliding(moving, kept, slow), held, strict=True)):
                 found[rows.start + n, rows.start - 1] = where(slides, -(kinetic * d), own)
-    return Leaning(found, grips, in_use(model, now)) if found else None
+    return FrictionCoupling(found, compliance, in_use(model, now)) if found else None
 
 
 def sliding_power(model: Model, now: Instant, multipliers: Sequence[Number]) -> Any:

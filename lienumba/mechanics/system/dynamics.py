@@ -98,8 +98,8 @@ def accelerations(
     xi = constraints.required(model, now, baumgarte, axes)
     Q = axes.into(now, loads(model, now))
     near = None if expected is None else axes.into(now, expected)
-    leaning = constraints.leaning(model, now)
-    solution = kkt.solve(structure, mass_matrix(model, now), C, Q, xi, mask, near, leaning)
+    coupling = constraints.friction_coupling(model, now)
+    solution = kkt.solve(structure, mass_matrix(model, now), C, Q, xi, mask, near, coupling)
     return replace(solution, x=axes.out_of(now, solution.x))
 
 
@@ -114,7 +114,7 @@ def missing(
 ) -> list[Any]:
     """Q - M v' - C^T lambda along all velocities, and xi - C v' of every row of C, for any accelerations (6 k) and
     multipliers of all rows in use: of what slides, those of normals alone."""
-    C, weights = constraints.jacobian(model, now), structure.weights(mask, constraints.leaning(model, now))
+    C, weights = constraints.jacobian(model, now), structure.weights(mask, constraints.friction_coupling(model, now))
     C = {key: weights[key[0]] * x for key, x in C.items() if not is_zero(weights[key[0]])}
     xi, mu = constraints.required(model, now, baumgarte), reactions(model, structure, now, mask, multipliers)
     along, rows = kkt.rest(mass_matrix(model, now), C, loads(model, now), xi, accelerations, mu)
@@ -125,8 +125,8 @@ def reactions(
     model: Model, structure: kkt.Structure, now: Instant, mask: Sequence[Number], multipliers: Sequence[Number]
 ) -> list[Any]:
     """See `kkt.reactions`."""
-    C, leaning = constraints.jacobian(model, now), constraints.leaning(model, now)
-    return kkt.reactions(structure, mass_matrix(model, now), C, mask, leaning, multipliers)
+    C, coupling = constraints.jacobian(model, now), constraints.friction_coupling(model, now)
+    return kkt.reactions(structure, mass_matrix(model, now), C, mask, coupling, multipliers)
 
 
 def border(

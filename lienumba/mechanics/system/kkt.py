@@ -17,7 +17,7 @@ from typing import Any
 
 from lienumba.mechanics.system.structure import Entries as Entries
 from lienumba.mechanics.system.structure import Structure as Structure
-from lienumba.mechanics.system.switched.border import Border, Leaning
+from lienumba.mechanics.system.switched.border import Border, FrictionCoupling
 from lienumba.mechanics.tolerances import (
     HALF_FADED_MARGIN,
     HALF_FADED_PIVOT,
@@ -178,14 +178,14 @@ class Eliminated:
 
     @staticmethod
     def of(
-        structure: Structure, A: Entries, C: Entries, mask: Sequence[Number], leaning: Leaning | None = None,
+        structure: Structure, A: Entries, C: Entries, mask: Sequence[Number], coupling: FrictionCoupling | None = None,
         scales: Mapping[int, Number] | None = None,
     ) -> "Eliminated":  # fmt: skip
         """C: its masked rows are 0, but for those that lean. Without bodies, A is the matrix of the constraints after
         all else is eliminated, and scales are those of its rows."""
         n = 6 * structure.bodies
         order = structure.order_for(A) if n else structure.order
-        together = structure.leaning if leaning is not None else ()
+        together = structure.friction_rows if coupling is not None else ()
         used = set(order[: len(order) - len(together)])
         diagonal = {
             row: m - 1.0 for row, m in enumerate(mask) if n + row in used and not (isinstance(m, float) and m == 1.0)
@@ -216,10 +216,10 @@ class Eliminated:
             elif variable >= n:
                 nonsingular = where(SINGULAR_PIVOT * scale - pivot > 0.0, nonsingular, 0.0)  # NaN is not
             factors.eliminate(j, pivot)
-        if not together or leaning is None:
+        if not together or coupling is None:
             return Eliminated(structure, factors, nonsingular, row_weights, margin)
         S = factors.left(len(order) - len(together))
-        border = Border.of(S, together, [mask[row] for row in together], leaning)
+        border = Border.of(S, together, [mask[row] for row in together], coupling)
         return Eliminated(structure, factors, nonsingular, row_weights, margin, border)
 
     def solve(self, f: Sequence[Number], g: Sequence[Number], pulled: Sequence[Number] | None = None) -> Solution:
@@ -238,7 +238,7 @@ class Eliminated:
         """See `kkt.reactions`."""
         found: list[Any] = [m * x for m, x in zip(mask, mu, strict=True)]
         if self.border is not None:
-            names = self.structure.leaning
+            names = self.structure.friction_rows
             for row, x in zip(names, self.border.reactions([found[row] for row in names]), strict=True):
                 found[row] = x
         return found
@@ -297,15 +297,15 @@ def solve(
     g: Sequence[Number],
     mask: Sequence[Number] | None = None,
     expected: Sequence[Number] | None = None,
-    leaning: Leaning | None = None,
+    coupling: FrictionCoupling | None = None,
 ) -> Solution:
     """`A`: symmetric and positive definite, entries (i, j) with i >= j, block diagonal but for what rotors of the
     structure's mechanism couple; `C`: entries (row, column).
 
     mask: 1 or 0 for each row; expected: what x is where C loses its rank (6 k), 0 if omitted; for closed loops;
-    leaning: if contacts slide.
+    coupling: if contacts slide.
     """
-    eliminated, f, g = _eliminated(structure, A, C, f, g, mask, expected, leaning)
+    eliminated, f, g = _eliminated(structure, A, C, f, g, mask, expected, coupling)
     solution = eliminated.solve(f, g)
     if not structure.looped or expected is None:
         return solution
@@ -333,32 +333,37 @@ def border(
 ) -> tuple[list[list[Any]], list[Any]]:
     """What is left of a `Structure.bordered` once all else is eliminated, whatever the masks of these last rows: S, and
     b = C x - g where they have no multipliers, such that these multipliers change it to b - S mu."""
-    eliminated, f, g = _eliminated(structure, A, C, f, g, mask, expected, Leaning())
+    eliminated, f, g = _eliminated(structure, A, C, f, g, mask, expected, FrictionCoupling())
     assert eliminated.border is not None
     return eliminated.border.S, eliminated.missing(f, g)
 
 
 def reactions(
-    structure: Structure, A: Entries, C: Entries, mask: Sequence[Number], leaning: Leaning | None, mu: Sequence[Number]
+    structure: Structure,
+    A: Entries,
+    C: Entries,
+    mask: Sequence[Number],
+    coupling: FrictionCoupling | None,
+    mu: Sequence[Number],
 ) -> list[Any]:
     """The multipliers of all rows from those of the rows in use: what slides leans on its normal force, which contacts
     that say the same share."""
-    if leaning is None:
+    if coupling is None:
         return [m * x for m, x in zip(mask, mu, strict=True)]
     f = [0.0] * 6 * structure.bodies
-    return _eliminated(structure, A, C, f, mu, mask, None, leaning)[0].reactions(mask, mu)
+    return _eliminated(structure, A, C, f, mu, mask, None, coupling)[0].reactions(mask, mu)
 
 
 def _eliminated(
     structure: Structure, A: Entries, C: Entries, f: Sequence[Number], g: Sequence[Number],
-    mask: Sequence[Number] | None, expected: Sequence[Number] | None, leaning: Leaning | None,
+    mask: Sequence[Number] | None, expected: Sequence[Number] | None, coupling: FrictionCoupling | None,
 ) -> tuple[Eliminated, Sequence[Number], Sequence[Number]]:  # fmt: skip
     """With the right-hand sides, in closed loops what an expected solution leaves of them."""
     mask = mask or [1.0] * structure.rows
-    weights = structure.weights(mask, leaning)
+    weights = structure.weights(mask, coupling)
     C = {key: weights[key[0]] * x for key, x in C.items() if not is_zero(weights[key[0]])}
     g = [m * x for m, x in zip(weights, g, strict=True)]
-    eliminated = Eliminated.of(structure, A, C, mask, leaning)
+    eliminated = Eliminated.of(structure, A, C, mask, coupling)
     if structure.looped and expected is not None:
         f, g = rest(A, C, f, g, expected, [0.0] * structure.rows)
     return eliminated, f, g

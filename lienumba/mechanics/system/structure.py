@@ -8,7 +8,7 @@ from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.system.constraints import constraints_of, permanent_rows, rows_of
 from lienumba.mechanics.system.elimination_order import Couplings, elimination_order
 from lienumba.mechanics.system.rotors import rotors_of
-from lienumba.mechanics.system.switched.border import Leaning
+from lienumba.mechanics.system.switched.border import FrictionCoupling
 from lienumba.numerics.number import Number
 
 Entries = dict[tuple[int, int], Any]
@@ -22,8 +22,8 @@ class Structure:
     looped: the constraints close loops; masked: the rows that may be left out, because others say the same; dropped
     rows are left out always, their mask is the float 0. from_singular: the start is a singular position; where a pivot
     vanishes like there, the solution is the expected one, since C does not say where the lost constraint acts.
-    leaning: the rows of contacts with friction, the last of the order, which are solved together (see `Leaning`);
-    switched: where the rows begin that a run turns on and off; coasts: see `kkt.corrected`.
+    friction_rows: the rows of contacts with friction, the last of the order, which are solved together (see
+    `FrictionCoupling`); switched: where the rows begin that a run turns on and off; coasts: see `kkt.corrected`.
     """
 
     bodies: int
@@ -34,7 +34,7 @@ class Structure:
     from_singular: bool = False
     alike: tuple[tuple[int, ...], ...] = ()  # for each row those of its constraint and kind, which share one scale
     coupled: tuple[int, ...] = ()
-    leaning: tuple[int, ...] = ()
+    friction_rows: tuple[int, ...] = ()
     switched: int = 0
     coasts: bool = False
 
@@ -42,8 +42,8 @@ class Structure:
     def of(
         model: Model, masked: tuple[int, ...] = (), dropped: tuple[int, ...] = (), from_singular: bool = False
     ) -> "Structure":
-        leaning = _leaning(model)
-        k, blocks = len(model.bodies), _blocks(model, {*dropped, *leaning})
+        friction = _friction_rows(model)
+        k, blocks = len(model.bodies), _blocks(model, {*dropped, *friction})
         couplings = [(*rotor.bodies, rotor.constant) for rotor in rotors_of(model) if len(rotor.bodies) == 2]
 
         def order(couplings: Couplings) -> tuple[int, ...]:
@@ -53,12 +53,12 @@ class Structure:
                     found += range(6 * block, 6 * block + 6)
                 else:
                     found += [6 * k + row for row in blocks[block - k].rows]
-            return (*found, *(6 * k + row for row in (*dropped, *leaning)))
+            return (*found, *(6 * k + row for row in (*dropped, *friction)))
 
         plain = order(())
         return Structure(
             k, len(plain) - 6 * k, plain, bool(masked) or _has_loop(_permanent(blocks)), masked, from_singular,
-            _alike(model), order(couplings) if couplings else plain, leaning, permanent_rows(model),
+            _alike(model), order(couplings) if couplings else plain, friction, permanent_rows(model),
         )  # fmt: skip
 
     def order_for(self, A: Entries) -> tuple[int, ...]:
@@ -71,12 +71,12 @@ class Structure:
         rows = tuple(range(self.switched, self.rows))
         last = tuple(n + row for row in rows)
         order, coupled = ((*(v for v in x if v < first), *last) for x in (self.order, self.coupled))
-        return replace(self, order=order, coupled=coupled, leaning=rows)
+        return replace(self, order=order, coupled=coupled, friction_rows=rows)
 
-    def weights(self, mask: Sequence[Number], leaning: Leaning | None) -> list[Any]:
+    def weights(self, mask: Sequence[Number], coupling: FrictionCoupling | None) -> list[Any]:
         """By what rows count before the elimination: by the mask, but those that lean on each other."""
         weights = list(mask)
-        for row in self.leaning if leaning is not None else ():
+        for row in self.friction_rows if coupling is not None else ():
             weights[row] = 1.0
         return weights
 
@@ -89,15 +89,15 @@ class Structure:
         from_singular: bool = False,
     ) -> "Structure":
         """Of the rows alone that do without the joints `tied` (indices), once all velocities are eliminated."""
-        every, permanent, leaning = rows_of(model), permanent_rows(model), _leaning(model)
+        every, permanent, friction = rows_of(model), permanent_rows(model), _friction_rows(model)
         left = [rows for n, rows in enumerate(every) if n not in tied]
-        order = [row for rows in left for row in range(rows.start, rows.stop) if row not in (*dropped, *leaning)]
+        order = [row for rows in left for row in range(rows.start, rows.stop) if row not in (*dropped, *friction)]
         order = [row for row in order if row not in masked] + [row for row in order if row in masked]
         rows = every[-1].stop if every else 0
         closes = any(row < permanent for row in order)
         looped = bool(masked) or (closes and _has_loop(_permanent(_blocks(model, set(dropped)))))
         return Structure(
-            0, rows, (*order, *leaning), looped, masked, from_singular, _alike(model), (), leaning, permanent
+            0, rows, (*order, *friction), looped, masked, from_singular, _alike(model), (), friction, permanent
         )
 
 
@@ -139,7 +139,7 @@ def _permanent(blocks: list[_Block]) -> list[_Block]:
     return [block for block in blocks if not block.switched]
 
 
-def _leaning(model: Model) -> tuple[int, ...]:
+def _friction_rows(model: Model) -> tuple[int, ...]:
     """The rows of all contacts, where any has friction."""
     every = zip(constraints_of(model), rows_of(model), strict=True)
     return tuple(row for c, rows in every if c.switch and c.switch.shares for row in range(rows.start, rows.stop))

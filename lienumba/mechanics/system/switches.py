@@ -17,7 +17,7 @@ from lienumba.numerics.operations import is_zero
 JOINT, LOCK, LIMIT, CONTACT, FRICTION = "joint", "lock", "limit", "contact", "friction"  # what a switch is
 KINDS = {JOINT: 0, LOCK: 0, LIMIT: 1, CONTACT: 1, FRICTION: 2}  # BILATERAL, UNILATERAL, FRICTION of `layout`
 MATRIX = 9
-GRIP = (0.0, 0.0, 1.0)  # how a contact grips that nothing else holds: see `laws.grip`
+RIGID = (0.0, 0.0, 1.0)  # how a contact compliant that nothing else holds: see `laws.compliance`
 
 
 @dataclass(frozen=True)
@@ -25,8 +25,8 @@ class Switch:
     """what: one of the above; index: of the joint, lock, limit, contact or force; first: of its rows among all switched
     ones; tangents: how many of them, the last ones, are along the sliding; memory: its first number of those of all,
     and how many; on: as it starts, before anything touches or sticks; shares: whether it shares what it carries with
-    others that say the same: contacts do where any of them has friction; grips: whether it remembers how, as it does
-    with friction beside others."""
+    others that say the same: contacts do where any of them has friction; compliant: whether it remembers how, as it
+    does with friction beside others."""
 
     what: str
     name: str
@@ -38,7 +38,7 @@ class Switch:
     memories: int
     on: int
     shares: bool = False
-    grips: bool = False
+    compliant: bool = False
 
     @property
     def key(self) -> tuple[str, str]:
@@ -53,7 +53,7 @@ class Switch:
     @property
     def numbers(self) -> tuple[int, ...]:
         """As drivers know it: see `lienumba.integrators.layout`."""
-        grip = self.memory + self.memories - len(GRIP) if self.grips else -1
+        grip = self.memory + self.memories - len(RIGID) if self.compliant else -1
         shape = self.first, self.rows, self.tangents, self.memory, self.memories
         return KINDS[self.what], *shape, int(self.shares), grip
 
@@ -71,9 +71,9 @@ def switches_of(model: Model) -> tuple[Switch, ...]:
     beside = sum(switch.what == CONTACT for switch in described) > 1
     for switch in described:
         shares = rough and switch.what == CONTACT
-        grips = shares and beside and switch.tangents > 0
-        memories = switch.memories + (len(GRIP) if grips else 0)
-        found.append(replace(switch, first=row, memory=memory, memories=memories, shares=shares, grips=grips))
+        compliant = shares and beside and switch.tangents > 0
+        memories = switch.memories + (len(RIGID) if compliant else 0)
+        found.append(replace(switch, first=row, memory=memory, memories=memories, shares=shares, compliant=compliant))
         row, memory = row + switch.rows, memory + memories
     return tuple(found)
 

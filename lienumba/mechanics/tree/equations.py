@@ -14,7 +14,7 @@ from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import Body
 from lienumba.mechanics.system import constraints, dynamics, kkt
-from lienumba.mechanics.system.switched.border import Leaning
+from lienumba.mechanics.system.switched.border import FrictionCoupling
 from lienumba.mechanics.tolerances import LEAST_PIVOT
 from lienumba.mechanics.tree import acting
 from lienumba.mechanics.tree.articulated import Loads, Reduction, carried, gathered
@@ -54,14 +54,14 @@ def accelerations(
     """q'' of the tree and the multipliers of what closes loops. structure: `kkt.Structure.closing`; expected: q'' as
     it is where the constraints lose their rank."""
     tree = posture.tree
-    leaning = constraints.leaning(posture.model, posture.now)
-    loads, rows, xi = _acting(posture, structure, structure.weights(mask, leaning), baumgarte)
+    coupling = constraints.friction_coupling(posture.model, posture.now)
+    loads, rows, xi = _acting(posture, structure, structure.weights(mask, coupling), baumgarte)
     if not structure.looped:
-        return _solved(posture, structure, loads, xi, mask, leaning)
+        return _solved(posture, structure, loads, xi, mask, coupling)
     rates = [posture.free.get(n, 1.0) * x for n, x in enumerate(expected or [0.0] * tree.freedoms)]
     there = carried(tree, posture.links, loads, rates)
     xi = _less(xi, rows, there)
-    solution = _solved(posture, structure, _relative_to(loads, there, rates, xi), xi, mask, leaning)
+    solution = _solved(posture, structure, _relative_to(loads, there, rates, xi), xi, mask, coupling)
     rates = kkt.corrected(structure, rates, solution.rates, solution.margin)
     return Solution(
         rates,
@@ -112,15 +112,15 @@ def missing(
     """What is missing along every rate, and of every row in use, where the rates change so, with these multipliers of
     the rows in use, of what slides those of normals alone; glued: of what sticks as of any other row, and what slides
     has no friction. A rate that is locked lacks what it changes by."""
-    leaning = None if glued else constraints.leaning(posture.model, posture.now)
-    loads, rows, xi = _acting(posture, structure, structure.weights(mask, leaning), baumgarte)
+    coupling = None if glued else constraints.friction_coupling(posture.model, posture.now)
+    loads, rows, xi = _acting(posture, structure, structure.weights(mask, coupling), baumgarte)
     there = carried(posture.tree, posture.links, loads, rates)
     rest = _relative_to(loads, there, rates, xi)
     wrenches = list(rest.wrenches)
     every: list[Any] = [0.0] * structure.rows
     for row, multiplier in zip(structure.order, mu, strict=True):
         every[row] = multiplier
-    every = _reactions(posture, structure, loads, mask, leaning, every)
+    every = _reactions(posture, structure, loads, mask, coupling, every)
     for row in structure.order:
         for place, y in rows.get(row, {}).items():
             wrenches[place] = tuple(f - every[row] * c for f, c in zip(wrenches[place], y, strict=True))
@@ -138,19 +138,19 @@ def reactions(
     posture: Posture, structure: kkt.Structure, mask: Sequence[Number], multipliers: Sequence[Number]
 ) -> list[Any]:
     """As `dynamics.reactions`."""
-    leaning = constraints.leaning(posture.model, posture.now)
-    loads = _acting(posture, structure, structure.weights(mask, leaning), None)[0]
-    return _reactions(posture, structure, loads, mask, leaning, multipliers)
+    coupling = constraints.friction_coupling(posture.model, posture.now)
+    loads = _acting(posture, structure, structure.weights(mask, coupling), None)[0]
+    return _reactions(posture, structure, loads, mask, coupling, multipliers)
 
 
 def _reactions(
-    posture: Posture, structure: kkt.Structure, loads: Loads, mask: Sequence[Number], leaning: Leaning | None,
+    posture: Posture, structure: kkt.Structure, loads: Loads, mask: Sequence[Number], coupling: FrictionCoupling | None,
     multipliers: Sequence[Number],
 ) -> list[Any]:  # fmt: skip
-    if leaning is None:
+    if coupling is None:
         return [*multipliers]
     reduction = Reduction(posture.tree, posture.links, loads, posture.waiting, posture.free)
-    eliminated = _closing(posture, structure, reduction, [0.0] * structure.rows, mask, leaning)[0]
+    eliminated = _closing(posture, structure, reduction, [0.0] * structure.rows, mask, coupling)[0]
     return eliminated.reactions(mask, multipliers)
 
 
@@ -250,7 +250,7 @@ def constraint_matrix(
 
 def _solved(
     posture: Posture, structure: kkt.Structure, loads: Loads, g: Sequence[Number], mask: Sequence[Number],
-    leaning: Leaning | None = None, bodies: Sequence[Body] = (),
+    coupling: FrictionCoupling | None = None, bodies: Sequence[Body] = (),
 ) -> Solution:  # fmt: skip
     """bodies: as they weigh in the loads, if these are not the model's with its rotors."""
     reduction = Reduction(posture.tree, posture.links, loads, posture.waiting, posture.free)
@@ -258,7 +258,7 @@ def _solved(
     if not structure.order:
         rates, links = reduction.solution({})
         return Solution(rates, [0.0] * rows, links, 1.0, [1.0] * rows, 1.0)
-    eliminated, wanted, pulled = _closing(posture, structure, reduction, g, mask, leaning, bodies)
+    eliminated, wanted, pulled = _closing(posture, structure, reduction, g, mask, coupling, bodies)
     solved = eliminated.solve([], wanted, pulled)
     used = set(structure.order)
     mu = [solved.mu[row] if row in used else 0.0 for row in range(rows)]
@@ -270,7 +270,7 @@ def _solved(
 
 def _closing(
     posture: Posture, structure: kkt.Structure, reduction: Reduction, g: Sequence[Number], mask: Sequence[Number],
-    leaning: Leaning | None, bodies: Sequence[Body] = (),
+    coupling: FrictionCoupling | None, bodies: Sequence[Body] = (),
 ) -> tuple[kkt.Eliminated, list[Any], list[Any]]:  # fmt: skip
     """The elimination of what closes loops, and what is wanted and pulled along its rows."""
     n, rows = reduction.n, structure.rows
@@ -281,9 +281,9 @@ def _closing(
         masses = dynamics.body_masses(bodies) if bodies else dynamics.mass_matrix(lent, posture.now)
         C = acting.in_use(constraints.jacobian(posture.model, posture.now), mask, structure)
         scales = kkt.scales(structure, masses, C, len(posture.model.bodies))
-    eliminated = kkt.Eliminated.of(structure, matrix, {}, mask, leaning, scales)
+    eliminated = kkt.Eliminated.of(structure, matrix, {}, mask, coupling, scales)
     pulled = [reduction.right.get(n + row, 0.0) for row in range(rows)]
-    used, weights = set(structure.order), structure.weights(mask, leaning)
+    used, weights = set(structure.order), structure.weights(mask, coupling)
     wanted = [m * x if row in used else 0.0 for row, (m, x) in enumerate(zip(weights, g[:rows], strict=True))]
     return eliminated, wanted, pulled
 
@@ -295,14 +295,14 @@ def border(
     """As `dynamics.border`."""
     tree, structure, posture = posture.tree, structure.bordered(), replace(posture, locks={})
     mask = dynamics.unswitched(structure, mask)
-    loads, rows, xi = _acting(posture, structure, structure.weights(mask, Leaning()), baumgarte)
+    loads, rows, xi = _acting(posture, structure, structure.weights(mask, FrictionCoupling()), baumgarte)
     if structure.looped:
         rates = list(expected or [0.0] * tree.freedoms)
         there = carried(tree, posture.links, loads, rates)
         xi = _less(xi, rows, there)
         loads = _relative_to(loads, there, rates, xi)
     reduction = Reduction(tree, posture.links, loads, posture.waiting)
-    eliminated, wanted, pulled = _closing(posture, structure, reduction, xi, mask, Leaning())
+    eliminated, wanted, pulled = _closing(posture, structure, reduction, xi, mask, FrictionCoupling())
     assert eliminated.border is not None
     return eliminated.border.S, eliminated.missing([], wanted, pulled)
 

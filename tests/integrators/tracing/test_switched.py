@@ -230,7 +230,7 @@ def test_conditions_of_what_is_on(traced: Any) -> None:
     assert len(events) == layout.event_rows(tracer.sizes)
     close(
         events[: layout.pushing_row(tracer.sizes)],
-        turning.conditions(case.model, case.now, mu.tolist(), a.tolist(), [float(m) for m in case.mask], True),
+        turning.contact_guards(case.model, case.now, mu.tolist(), a.tolist(), [float(m) for m in case.mask], True),
         1e-8,
     )
     along, w, k = (

@@ -250,7 +250,7 @@ def trunk(R: Rotation, hips: float) -> dict[str, Any]:
 
 
 def test_legs_with_dry_hips_give_way() -> None:
-    """Each start has one answer, which sweeps over contacts and hips do not find where these give way at once; later
+    """Each start has one answer, though friction couples contacts and hips so strongly that iterations diverge; later
     feet that slide may have none."""
     ds = lienumba.run(trunk(Rotation.random(random_state=3), 1.0))
     assert (ds.end_time > 0.0).all()

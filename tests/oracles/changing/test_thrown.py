@@ -83,7 +83,7 @@ def test_a_run_in_which_friction_pushes_does_not_succeed(monkeypatch: pytest.Mon
     data["model"]["bodies"][0]["velocity"] = [1, 0, 0]
     assert (lienumba.run(data, progress=False).status == 0).all()
     data["model"]["gravity"] = [0.1, 0, -G]  # another program
-    monkeypatch.setattr(turning, "pushing", lambda model, now, mu: [1e-5])
+    monkeypatch.setattr(turning, "friction_speeds", lambda model, now, mu: [1e-5])
     ds = lienumba.run(data, progress=False)
     assert scenarios.statuses(ds) == ["friction_energy_gain"]
     assert np.isnan(ds.energy.values[0, -1])

@@ -37,7 +37,7 @@ def test_what_only_pushes_does_nothing_else(
 ) -> None:
     """Made up: a condition that is true from the start, so that no change is found, by 5e-7 of the weight or of the
     length in the first run, and by four times as much in the second."""
-    real = turning.conditions
+    real = turning.contact_guards
     scale = UNIT if on == OFF else UNIT * G
 
     def conditions(model: Any, now: Any, *rest: Any) -> list[Any]:
@@ -45,7 +45,7 @@ def test_what_only_pushes_does_nothing_else(
         found[which] = where(mode.on == on, 0.1 * scale * model.contacts[0].restitution, found[which])
         return found
 
-    monkeypatch.setattr(turning, "conditions", conditions)
+    monkeypatch.setattr(turning, "contact_guards", conditions)
     assert scenarios.statuses(lienumba.run(data, progress=False)) == ["success", "contact_law_violated"]
 
 

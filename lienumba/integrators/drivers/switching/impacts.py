@@ -5,10 +5,18 @@ import numpy as np
 
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
-from lienumba.integrators.drivers.switching.choices import solve
+from lienumba.integrators.drivers.switching.complementarity import solve
+from lienumba.integrators.drivers.switching.independent_rows import held, take_bilateral
 from lienumba.integrators.drivers.switching.problem import HOLDS, PRESSES, SOLVED, size
-from lienumba.integrators.drivers.switching.reactions import STILL, Reactions, along, number, spread, still, touches
-from lienumba.integrators.drivers.switching.used_rows import held, take_firm
+from lienumba.integrators.drivers.switching.reactions import (
+    STILL,
+    Reactions,
+    along,
+    number,
+    solve_impulses,
+    still,
+    touches,
+)
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     BILATERAL,
@@ -33,13 +41,13 @@ FAINT = 1e-6  # of what comes back: a part that is none
 
 @apart
 def impulses(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> int:
-    """Of what is hit or closed, to x; see `complementarity`."""
+    """Find the impulses x of all closed contacts and joints; see `complementarity`."""
     p, on, firm, back = r.problem, first.state + layout.on_row(sizes), False, False
     for s in range(sizes.switches):
         if p.switches[s, SWITCH_KIND] == BILATERAL and rows[on + s, lane] != OFF:
             p.law[s], firm = float(HOLDS), True
     if firm:
-        take_firm(r, sizes)
+        take_bilateral(r, sizes)
     for i in range(sizes.switched):
         r.wanted[i] = 0.0
     for s in range(sizes.switches):
@@ -52,17 +60,17 @@ def impulses(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
             free = not (firm and held(r, row))  # what holds from now on lets nothing come back
             if free and comes and rebound > 0.0 and rebound >= number(rows, first, sizes, lane, s, REST_SPEED):
                 r.wanted[row], back = rebound, True
-    said = _rebound(r, 1.0)
-    if back and (said != SOLVED or _gained(r) > 0.0):
-        said = _lessen(r)
-    if said == SOLVED:
-        _come_to_rest(r, rows, first, sizes, lane)
-    return said
+    status = _solve_restitution(r, 1.0)
+    if back and (status != SOLVED or _gained(r) > 0.0):
+        status = _reduce_restitution(r)
+    if status == SOLVED:
+        _end_slow_rebounds(r, rows, first, sizes, lane)
+    return status
 
 
 @apart
 def holds(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> bool:
-    """Whether all that is to hold has come to rest by the impulses that were found."""
+    """Return whether the impulses have stopped all joints and locks that hold."""
     p, on = r.problem, first.state + layout.on_row(sizes)
     for s in range(sizes.switches):
         bilateral = p.switches[s, SWITCH_KIND] == BILATERAL and rows[on + s, lane] != OFF
@@ -74,8 +82,8 @@ def holds(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -
 
 
 @apart
-def _rebound(r: Reactions, part: float) -> int:
-    """Impulses after which this part of the speeds that are wanted comes back."""
+def _solve_restitution(r: Reactions, part: float) -> int:
+    """Find impulses with this part of the rebound speeds."""
     for i in range(r.rates.size):
         r.problem.free[i], r.problem.x[i] = r.rates[i] - part * r.wanted[i], 0.0
     return solve(r.problem)
@@ -83,7 +91,7 @@ def _rebound(r: Reactions, part: float) -> int:
 
 @apart
 def _gained(r: Reactions) -> float:
-    """By which part of what goes to and fro in an impact it gives energy; 0 where that is rounding."""
+    """Return the energy gained by an impact over the energy exchanged in it; 0 where it is roundoff."""
     p, gained, scale = r.problem, 0.0, 0.0
     for i in range(p.free.size):
         after = r.rates[i]
@@ -95,27 +103,26 @@ def _gained(r: Reactions) -> float:
 
 
 @apart
-def _lessen(r: Reactions) -> int:
-    """Of all that comes back the largest part with which there are impulses, and these give no energy, as of which
-    nothing comes back. Newton's restitution may where friction turns the sliding round (Kane's paradox), and friction
-    may let nothing come back, as that of a wedge."""
+def _reduce_restitution(r: Reactions) -> int:
+    """Reduce all rebound speeds by the largest factor with which there are impulses that give no energy. With Newton's
+    restitution there may be none where friction reverses the sliding (Kane's paradox), or in a wedge."""
     low, high = 0.0, 1.0
     for _ in range(LESSER):
         part = low + 0.5 * (high - low)
-        gained = _gained(r) if _rebound(r, part) == SOLVED else np.inf
+        gained = _gained(r) if _solve_restitution(r, part) == SOLVED else np.inf
         if gained > 0.0:
             high = part
         else:
             low = part
         if gained == 0.0 or high - low < GAINS:
             break
-    return _rebound(r, low if low > FAINT else 0.0)
+    return _solve_restitution(r, low if low > FAINT else 0.0)
 
 
 @apart
-def _come_to_rest(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
-    """What touches and would leave so slowly that its way would be rounding stays: without that, what rocks from one
-    contact to another would do so for ever. Impulses are added that end these rates, and keep all that has ended."""
+def _end_slow_rebounds(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
+    """Add impulses that stop contacts which leave so slowly that their way would be roundoff; else a body would rock
+    from one contact to another without end. Contacts that rest stay at rest."""
     p, slow = r.problem, False
     for i in range(sizes.switched):
         r.wanted[i] = 0.0
@@ -131,12 +138,12 @@ def _come_to_rest(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane
     if slow:
         for i in range(sizes.switched):
             p.free[i] = -p.rates[i]
-        spread(r)
+        solve_impulses(r)
 
 
 @inlined
 def energy_lost(r: Reactions, switch: int) -> float:
-    """(J), by the impulses of a switch."""
+    """Return the energy (J) lost by the impulses of a switch."""
     p, total = r.problem, 0.0
     for i in range(
         p.switches[switch, SWITCH_FIRST], p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
@@ -150,7 +157,7 @@ def energy_lost(r: Reactions, switch: int) -> float:
 
 @inlined
 def impulse(r: Reactions, switch: int) -> float:
-    """(N s or N m s), of a switch: the length of those of its rows."""
+    """Return the size (N s or N m s) of the impulses of a switch."""
     p, total = r.problem, 0.0
     for i in range(
         p.switches[switch, SWITCH_FIRST], p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]

@@ -9,6 +9,7 @@ from lienumba.compiler.routines.marks import Floats1, Floats2, Integers2, apart,
 
 FREE, HOLDS, BOUNDED, PRESSES, SLIDES = range(5)  # laws; the last two have normals
 SOLVED, UNSOLVED, PARADOX = range(3)
+UNKNOWNS = 4  # of the problem with polygons per row, at most: a contact has 3 rows and 10 of them
 ROUNDING = 1e-12  # of `Problem.least`: a force that is none
 DEPENDENT = 1e-12  # of a row's own size: a pivot below this is none
 
@@ -17,7 +18,8 @@ class Problem(NamedTuple):
     """S (q, q), free (q,); switches (s, 8): see `layout`; law, friction (mu), bound (s,); direction (q,): d in the rows
     of tangents; x (q,): the impulses, where to begin, 0 without a law, and then the answer; rates (q,): r of them;
     step, best, given, diagonal, anchor (q,), matrix (q, q + 1): to work in. least (s,): what `ROUNDING` is a part of,
-    where all that is asked for nearly cancels. laws (s,), start (q,): what was given, where others are tried."""
+    where all that is asked for nearly cancels. tableau (4 q, 4 q + 2), unknowns (4 q, 7), labels (2, 4 q + 1): see
+    `pivoting`."""
 
     S: Floats2
     free: Floats1
@@ -35,8 +37,9 @@ class Problem(NamedTuple):
     anchor: Floats1
     matrix: Floats2
     least: Floats1
-    laws: Floats1
-    start: Floats1
+    tableau: Floats2
+    unknowns: Floats2
+    labels: Floats2
 
 
 @inlined

@@ -1,5 +1,5 @@
-"""What is known of switched constraints at a change, of one run, from what the kernel `border` wrote; see `impacts`,
-`modes` and `used_rows` for what follows from it."""
+"""The contact problem of one run at a change, read from what the kernel `border` wrote, and its scales of speed and
+force. `impacts` and `modes` solve it."""
 
 from typing import NamedTuple
 
@@ -10,8 +10,8 @@ from lienumba.compiler.routines.marks import Integers2, apart, inlined
 from lienumba.compiler.rows import ROW
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.events.tolerances import CLOSED_GAP_RTOL
-from lienumba.integrators.drivers.switching.grips import Grips
-from lienumba.integrators.drivers.switching.problem import FREE, Problem, eliminate
+from lienumba.integrators.drivers.switching.force_distribution import Distribution
+from lienumba.integrators.drivers.switching.problem import FREE, UNKNOWNS, Problem, eliminate
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import SWITCH_FIRST, SWITCH_ROWS, SWITCH_TANGENTS, Workspace
 from lienumba.integrators.sizes import Sizes
@@ -26,9 +26,10 @@ RESTS, AT_ONCE, SMOOTHLY = 0.0, 1.0, 2.0  # sliding begins: with an acceleration
 
 
 class Reactions(NamedTuple):
-    """rates (q,): of the switched rows before; least (q,): pivots below which rows say nothing new; wanted, taken (q,):
-    which of the rows may be used, and which are; begins (s,): whether and how sliding begins from rest; paces (s,):
-    where it begins smoothly how fast, the fastest being 1; lent (s,): see `loads`."""
+    """rates (q,): of the switched rows before the change; least (q,): pivots below which a row is redundant; wanted,
+    taken (q,): which rows may be used, and which are; begins (s,): whether and how sliding begins from rest;
+    slip_ratios (s,): its speed over that of the fastest, where it begins without acceleration; prescribed (s,): see
+    `joint_friction`."""
 
     problem: Problem
     rates: np.ndarray
@@ -36,30 +37,33 @@ class Reactions(NamedTuple):
     wanted: np.ndarray
     taken: np.ndarray
     begins: np.ndarray
-    paces: np.ndarray
-    lent: np.ndarray
-    grips: Grips
+    slip_ratios: np.ndarray
+    prescribed: np.ndarray
+    distribution: Distribution
 
 
 @apart
-def room(at: Workspace, sizes: Sizes, switches: Integers2) -> Reactions:
-    """Where one run at a time is worked on."""
+def contact_workspace(at: Workspace, sizes: Sizes, switches: Integers2) -> Reactions:
+    """Memory for the contact problem of one run at a time."""
     q, s = sizes.switched, sizes.switches
     address = at.change + ROW * layout.change_room(sizes)
     v = matrix(address, q + layout.CHANGE_VECTORS, q)
     system = matrix(address + 8 * q * (q + layout.CHANGE_VECTORS), q, q + 1)
+    address += 8 * q * (2 * q + layout.CHANGE_VECTORS + 1)
+    whole, tableau = matrix(address, q, q), matrix(address + 8 * q * q, UNKNOWNS * q, UNKNOWNS * q + 2)
+    address += 8 * q * (q + UNKNOWNS * (UNKNOWNS * q + 2))
+    unknowns, labels = matrix(address, UNKNOWNS * q, 7), matrix(address + 56 * UNKNOWNS * q, 2, UNKNOWNS * q + 1)
     p = Problem(
         v[0:q], v[q], switches, v[q + 1][:s], v[q + 2][:s], v[q + 3][:s], v[q + 4], v[q + 5], v[q + 6], v[q + 7],
-        v[q + 8], v[q + 9], v[q + 10], v[q + 11], system, v[q + 12][:s], v[q + 27][:s], v[q + 28],
+        v[q + 8], v[q + 9], v[q + 10], v[q + 11], system, v[q + 12][:s], tableau, unknowns, labels,
     )  # fmt: skip
-    whole = matrix(address + 8 * q * (2 * q + layout.CHANGE_VECTORS + 1), q, q)
-    g = Grips(whole, v[q + 18], v[q + 25], v[q + 19][:s], v[q + 20], v[q + 21], v[q + 22], v[q + 23])
+    g = Distribution(whole, v[q + 18], v[q + 25], v[q + 19][:s], v[q + 20], v[q + 21], v[q + 22], v[q + 23])
     return Reactions(p, v[q + 13], v[q + 14], v[q + 15], v[q + 16], v[q + 17][:s], v[q + 24][:s], v[q + 26][:s], g)
 
 
 @apart
 def read(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
-    """S and the rates of a lane; no laws, and no impulses."""
+    """Read S and the rates of a lane; set no laws and no impulses."""
     p, n = r.problem, first.change
     for i in range(sizes.switched):
         for j in range(i + 1):
@@ -71,7 +75,7 @@ def read(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) ->
         p.free[i], p.x[i], p.direction[i], r.wanted[i] = r.rates[i], 0.0, 0.0, 0.0
     for s in range(sizes.switches):
         p.law[s], p.friction[s], p.bound[s], p.least[s], r.begins[s] = float(FREE), 0.0, 0.0, 0.0, RESTS
-        r.paces[s] = 1.0
+        r.slip_ratios[s] = 1.0
 
 
 @inlined
@@ -82,17 +86,17 @@ def number(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, w
 
 @inlined
 def touches(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, row: int) -> bool:
-    """Whether a contact with this normal row does."""
+    """Return whether the contact with this normal row is closed within its tolerance."""
     gap = rows[first.change + layout.border_gaps(sizes) + row, lane]
     return gap <= CLOSED_GAP_RTOL * number(rows, first, sizes, lane, switch, layout.SIZE)
 
 
 @apart
-def hasten(
+def update_velocity_scale(
     rows: Rows, first: Workspace, sizes: Sizes, switches: Integers2, lane: int, begins: bool, end: float
 ) -> None:
-    """The largest speeds of a lane's switches so far, and the forces that give these within their lengths; begins: with
-    the run, which lasts until `end`."""
+    """Update the largest speed of each switch so far, and the force that gives it within the switch's length; begins:
+    at the start of the run, which lasts until `end`."""
     for s in range(sizes.switches):
         row, speed = first.change + layout.change_speeds(sizes) + s, number(rows, first, sizes, lane, s, layout.SPEED)
         slowest = SLOWEST * number(rows, first, sizes, lane, s, layout.SIZE) / end
@@ -106,19 +110,19 @@ def hasten(
 
 @inlined
 def still(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) -> float:
-    """How fast (m/s or rad/s) what is at rest may seem to be."""
+    """Return the speed (m/s or rad/s) below which a switch is at rest."""
     return STILL * rows[first.change + layout.change_speeds(sizes) + switch, lane]
 
 
 @inlined
 def slow(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) -> float:
-    """How fast (m/s) what slides in a plane may be without a direction of its own: it may have come to rest."""
+    """Return the speed (m/s) below which the direction of sliding in a plane is roundoff."""
     return SLOW * rows[first.change + layout.change_speeds(sizes) + switch, lane]
 
 
 @apart
-def spread(r: Reactions) -> None:
-    """Impulses, added to x, that change the rates of the wanted rows by what is in `free`."""
+def solve_impulses(r: Reactions) -> None:
+    """Add impulses to x that change the rates of the wanted rows by `free`."""
     p, n = r.problem, 0
     for i in range(p.free.size):
         if r.wanted[i] != 0.0:
@@ -138,11 +142,11 @@ def spread(r: Reactions) -> None:
 
 
 @apart
-def push(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
-    """As `spread`, from no impulses. In a posture in which a motion has no part along some sliding, nothing changes
-    that: of what is asked of such tangents, what can be had."""
+def find_impulses(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> None:
+    """Find impulses x as `solve_impulses` does. Where the two tangents of a contact depend on each other, their rates
+    change by the nearest values that are possible."""
     p = r.problem
-    _spread_anew(r, sizes)
+    _solve_anew(r, sizes)
     for s in range(sizes.switches):
         end, asked, lacks = p.switches[s, SWITCH_FIRST] + p.switches[s, SWITCH_ROWS], 0.0, 0.0
         for i in range(end - p.switches[s, SWITCH_TANGENTS], end):
@@ -153,26 +157,26 @@ def push(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) ->
             held = end - 1 if p.x[end - 1] == 0.0 else end - 2  # the tangent that moves with the other one, or not
             moves, wanted = 2 * end - 3 - held, p.free[held]
             r.wanted[held] = 0.0
-            _spread_anew(r, sizes)
+            _solve_anew(r, sizes)
             before, asked = _changed(r, held), p.free[moves]
             p.free[moves] = asked + 1.0
-            _spread_anew(r, sizes)
+            _solve_anew(r, sizes)
             with_it = _changed(r, held) - before
             change = with_it * (wanted - before) / (1.0 + with_it * with_it)
             p.free[moves], p.free[held] = asked + change, before + with_it * change
-            _spread_anew(r, sizes)
+            _solve_anew(r, sizes)
 
 
 @inlined
-def _spread_anew(r: Reactions, sizes: Sizes) -> None:
+def _solve_anew(r: Reactions, sizes: Sizes) -> None:
     for i in range(sizes.switched):
         r.problem.x[i] = 0.0
-    spread(r)
+    solve_impulses(r)
 
 
 @inlined
 def _changed(r: Reactions, row: int) -> float:
-    """What impulses change the rate of a row by."""
+    """Return the change of the rate of a row by the impulses x."""
     total = 0.0
     for j in range(r.problem.free.size):
         total += r.problem.S[row, j] * r.problem.x[j]
@@ -181,7 +185,7 @@ def _changed(r: Reactions, row: int) -> float:
 
 @inlined
 def along(r: Reactions, switch: int, x: np.ndarray) -> float:
-    """The length of what is along the tangents of a switch."""
+    """Return the length of the tangential part of a vector."""
     p, total = r.problem, 0.0
     end = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
     for i in range(end - p.switches[switch, SWITCH_TANGENTS], end):

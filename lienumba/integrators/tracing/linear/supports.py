@@ -15,7 +15,7 @@ import numpy as np
 
 from lienumba.compiler.flat import Flat, kept
 from lienumba.integrators.drivers.events.tolerances import CLOSED_GAP_RTOL
-from lienumba.integrators.drivers.switching.at_rest import VECTORS
+from lienumba.integrators.drivers.switching.at_rest import Room
 from lienumba.integrators.drivers.switching.problem import FREE, PRESSES, SOLVED
 from lienumba.integrators.layout import SWITCH_FIRST
 from lienumba.integrators.tracing.linear.algebra import (
@@ -143,11 +143,10 @@ class Supports:
         S, b = own @ by[:, :, 1:], (own @ by[:, :, :1])[:, :, 0]
         law = np.where(self.on[:, which].T != OFF, float(PRESSES), float(FREE))
         x, rates, status = np.zeros((runs, q)), np.zeros((runs, q)), np.zeros(runs, np.int64)
-        room, matrix = np.zeros((VECTORS, q)), np.zeros((q, q + 1))
         numbers = np.array([x.numbers for x in self.switches])
         numbers[:, SWITCH_FIRST] = self.normals
         given = np.ascontiguousarray(S), b.copy(), numbers, np.ascontiguousarray(law)
-        _forces()(*given, np.ascontiguousarray(self.friction[:, which].T), x, rates, status, room, matrix)
+        _forces()(*given, np.ascontiguousarray(self.friction[:, which].T), x, rates, status, Room.of(q))
         terms = np.abs(b) + (np.abs(S) * np.abs(x)[:, None, :]).sum(axis=2)
         moves = np.abs(rates) > ACCELERATION_RTOL * terms
         self.solutions[which] += 1

@@ -26,12 +26,12 @@ Matrix = list[list[Any]]
 
 
 @dataclass(frozen=True)
-class Leaning:
-    """T without its diagonal, by rows of C: (tangent, normal), where a contact sticks c; grips: V, (tangent, tangent);
-    carries: 1 for every row that has a force of its own, 0 for others."""
+class FrictionCoupling:
+    """T without its diagonal, by rows of C: (tangent, normal), where a contact sticks c; compliance: V, (tangent,
+    tangent); carries: 1 for every row that has a force of its own, 0 for others."""
 
     T: Entries = field(default_factory=dict)
-    grips: Entries = field(default_factory=dict)
+    compliance: Entries = field(default_factory=dict)
     carries: Sequence[Any] = ()
 
 
@@ -82,13 +82,15 @@ class Border:
     nonsingular: Any
 
     @staticmethod
-    def of(S: Sequence[Sequence[Number]], names: Sequence[int], mask: Sequence[Number], leaning: Leaning) -> "Border":
+    def of(
+        S: Sequence[Sequence[Number]], names: Sequence[int], mask: Sequence[Number], coupling: FrictionCoupling
+    ) -> "Border":
         """S: symmetric; names: which rows of C its rows are."""
         place = {row: n for n, row in enumerate(names)}
-        T = {(place[t], place[n]): x for (t, n), x in leaning.T.items()}
+        T = {(place[t], place[n]): x for (t, n), x in coupling.T.items()}
         if T and len(names) - len({t for t, _ in T}) > 1:
-            V = {(place[a], place[b]): x for (a, b), x in leaning.grips.items()}
-            return _sharing(S, mask, T, V, [leaning.carries[row] for row in names])
+            V = {(place[a], place[b]): x for (a, b), x in coupling.compliance.items()}
+            return _sharing(S, mask, T, V, [coupling.carries[row] for row in names])
         size = range(len(names))
         B: Matrix = [list(row) for row in S]
         forces: Matrix = [[1.0 if i == j else 0.0 for j in size] for i in size]
@@ -96,7 +98,7 @@ class Border:
             forces[t][n] = x
             for i in size:
                 B[i][n] = B[i][n] + S[i][t] * x
-        for (a, b), x in _beside(S, mask, [leaning.carries[row] for row in names] if T else [], T).items():
+        for (a, b), x in _beside(S, mask, [coupling.carries[row] for row in names] if T else [], T).items():
             forces[a][b] = x
             for i in size:
                 B[i][b] = B[i][b] + S[i][a] * x

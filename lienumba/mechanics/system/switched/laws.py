@@ -17,7 +17,7 @@ from lienumba.mechanics.elements.contacts.geometry import carried, hemisphere
 from lienumba.mechanics.elements.joints import parts
 from lienumba.mechanics.mechanism.kinematics import OFF, Law, View
 from lienumba.mechanics.mechanism.model import Contact, Coordinate, Limit, Lock, Model
-from lienumba.mechanics.system.switches import CONTACT, FRICTION, GRIP, LIMIT, LOCK, Switch, is_ball, switches_of
+from lienumba.mechanics.system.switches import CONTACT, FRICTION, LIMIT, LOCK, RIGID, Switch, is_ball, switches_of
 from lienumba.numerics.jets import lift
 from lienumba.numerics.number import Number, Vector
 from lienumba.numerics.operations import maximum, sqrt, where
@@ -124,7 +124,7 @@ def keeps(model: Model, switch: Switch, view: View, rates: Vector) -> Vector:
         found = direction(slides, (0.0,) * switch.tangents)
     if _moves(model, switch):
         found = (*found, hemisphere(_normal(model, switch, view)))
-    return (*found, *GRIP) if switch.grips else found
+    return (*found, *RIGID) if switch.compliant else found
 
 
 def heading(model: Model, switch: Switch, view: View, kept: Vector) -> tuple[Vector, Any]:
@@ -134,10 +134,10 @@ def heading(model: Model, switch: Switch, view: View, kept: Vector) -> tuple[Vec
     return direction(now, (0.0,) * switch.tangents), length(now)
 
 
-def grip(model: Model, switch: Switch, view: View, kept: Vector) -> tuple[Vector, list[list[Any]]]:
+def compliance(model: Model, switch: Switch, view: View, kept: Vector) -> tuple[Vector, list[list[Any]]]:
     """How what sticks shares with others what holds them: lambda_t = c lambda_n + V y along its tangents, where y is
     what contacts that are all alike would have. c and V = w (1 - g g^T), 2 x 2, from what was kept: c, then g and w."""
-    c, g, w = _kept(model, switch, view, kept, 0), _kept(model, switch, view, kept, -len(GRIP)), kept[-1]
+    c, g, w = _kept(model, switch, view, kept, 0), _kept(model, switch, view, kept, -len(RIGID)), kept[-1]
     return c, [[w * ((1.0 if a == b else 0.0) - g[a] * g[b]) for b in range(2)] for a in range(2)]
 
 

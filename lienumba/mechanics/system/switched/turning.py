@@ -26,7 +26,7 @@ STRAIGHT = 10.0  # times as much along as across
 TURNED = 0.5  # the cotangent of the angle by which sliding turns before its direction is kept anew
 
 
-def conditions(
+def contact_guards(
     model: Model, now: Instant, multipliers: Sequence[Number], accelerations: Sequence[Number], mask: Sequence[Number],
     adaptive: bool,
 ) -> list[Any]:  # fmt: skip
@@ -54,7 +54,7 @@ def conditions(
         if switch.tangents > 1:
             rows = range(first + own.start, first + own.stop)[tangents]
             creeps = _creeps(model, now, lengths[switch.first], rates[own][tangents], rows, accelerations)
-            if switch.grips and adaptive:  # what began with what is faster goes on until it turns
+            if switch.compliant and adaptive:  # what began with what is faster goes on until it turns
                 creeps = where(mode.memory[-1] > 0.0, creeps, back)
             back = maximum(back, creeps)
         pushed = laws.length(reactions[tangents]) - _holds(model, switch, now, reactions)
@@ -78,7 +78,7 @@ def _overlaps(overlap: Number, rate: Number) -> Any:
     return where(rate > 0.0, where(overlap < LEAVES, minimum(overlap, 0.0), overlap), overlap)
 
 
-def pushing(model: Model, now: Instant, multipliers: Sequence[Number]) -> list[Any]:
+def friction_speeds(model: Model, now: Instant, multipliers: Sequence[Number]) -> list[Any]:
     """Of each switch how fast (m/s or rad/s) what touches moves along its friction: 0 where friction takes energy,
     above 0 where it gives some, which it never does."""
     first, everything = constraints.permanent_rows(model), kinematics.still(now, tuple(range(len(model.bodies))))
@@ -102,7 +102,7 @@ def pushing(model: Model, now: Instant, multipliers: Sequence[Number]) -> list[A
     return found
 
 
-def parting(model: Model, now: Instant, mask: Sequence[Number]) -> list[Any]:
+def redundant_speeds(model: Model, now: Instant, mask: Sequence[Number]) -> list[Any]:
     """Of each switch how fast (m/s or rad/s) a row moves that holds, and is not used since others say the same: 0,
     unless these do no longer. mask: of all rows of C."""
     first = constraints.permanent_rows(model)

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from lienumba.compiler.flat import Flat, compiled
 from lienumba.compiler.routines.marks import Integers1
-from lienumba.integrators.drivers.switching.choices import solve
-from lienumba.integrators.drivers.switching.complementarity import FEW, search
+from lienumba.integrators.drivers.switching.complementarity import newton, solve
 from lienumba.integrators.drivers.switching.problem import (
     BOUNDED,
     FREE,
@@ -40,7 +39,7 @@ def problem(S: Any, free: Any, laws: list[tuple[float, int, int, float]], direct
     return Problem(
         S, np.array(free, float), switches, np.array([float(x[0]) for x in laws]), numbers, numbers.copy(), d,
         np.zeros(q), np.zeros(q), np.zeros(q), np.zeros(q), np.zeros(q), np.zeros(q), np.zeros(q), np.zeros((q, q + 1)),
-        np.zeros(s), np.zeros(s), np.zeros(q),
+        np.zeros(s), np.zeros((4 * q, 4 * q + 2)), np.zeros((4 * q, 7)), np.zeros((2, 4 * q + 1)),
     )  # fmt: skip
 
 
@@ -179,11 +178,10 @@ def impact(seed: int, rough: float) -> Problem:
     return problem(J @ M @ J.T, J @ v, [(PRESSES, 3, 2, float(x)) for x in mu])
 
 
-@pytest.mark.parametrize("seed", [7, 20, 74, 76, 90, 135, 139, 273])
-def test_where_sweeps_alone_do_not_find_it(seed: int) -> None:
-    """Coefficients of 1,000: contacts that give way less and less, friction that grows, or sweeps that solve a whole
-    contact do."""
-    assert search(impact(seed, 1e3), FEW, False) == UNSOLVED
+@pytest.mark.parametrize("seed", [2, 4, 20, 51, 59, 74, 76, 85])
+def test_where_newtons_method_needs_a_start(seed: int) -> None:
+    """Coefficients of 1,000: it diverges from rest."""
+    assert newton(impact(seed, 1e3)) == UNSOLVED
     p, said = impact(seed, 1e3), np.zeros(1, np.int64)
     machine_code()(p, said)
     assert said[0] == SOLVED
@@ -222,4 +220,4 @@ def test_forces_that_nearly_cancel_are_found_within_their_rounding() -> None:
     assert solve(p) == UNSOLVED
     p.x[:], p.least[:] = 0.0, 10.0
     assert solve(p) == SOLVED
-    np.testing.assert_allclose(p.S @ p.x + p.free, 0.0, atol=1e-14)
+    np.testing.assert_allclose(p.S @ p.x + p.free, 0.0, atol=1e-13)

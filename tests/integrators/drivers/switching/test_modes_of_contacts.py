@@ -7,7 +7,7 @@ import pytest
 
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.switching import impacts, modes, problem, reactions
-from lienumba.integrators.drivers.switching.grips import Grips
+from lienumba.integrators.drivers.switching.force_distribution import Distribution
 from lienumba.integrators.drivers.switching.reactions import Reactions
 from lienumba.integrators.layout import KINETIC, OFF, SLIDE, STATIC, STICK, UNILATERAL
 from lienumba.integrators.sizes import Sizes
@@ -34,13 +34,13 @@ class Lane:
         for i in range(row):
             for j in range(i + 1):
                 self.put(lambda sizes: 0, layout.border_place(i, j), S[i, j])
-        v = [np.zeros(row) for _ in range(20)]
-        law, friction, bound, least, begins, paces, static, lent, laws = (np.zeros(len(tangents)) for _ in range(9))
+        v = [np.zeros(row) for _ in range(19)]
+        law, friction, bound, least, begins, paces, static, lent = (np.zeros(len(tangents)) for _ in range(8))
         p = problem.Problem(
             np.zeros_like(S), v[0], switches, law, friction, bound, *v[1:9], np.zeros((row, row + 1)), least,
-            laws, v[19],
+            np.zeros((4 * row, 4 * row + 2)), np.zeros((4 * row, 7)), np.zeros((2, 4 * row + 1)),
         )  # fmt: skip
-        grip = Grips(np.zeros_like(S), v[13], v[18], static, *v[14:18])
+        grip = Distribution(np.zeros_like(S), v[13], v[18], static, *v[14:18])
         self.r = Reactions(p, *v[9:13], begins, paces, lent, grip)
 
     def put(self, where: Any, which: Any, values: Any) -> None:

@@ -1,13 +1,22 @@
-"""How switched constraints are asked, of one run: the law of each, from what it does and how fast it slides."""
+"""The law of each switch of one run in the contact problem of accelerations, from its mode and speed."""
 
 import numpy as np
 
 from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.events.acting import fired, used
-from lienumba.integrators.drivers.switching import used_rows
+from lienumba.integrators.drivers.switching import independent_rows
 from lienumba.integrators.drivers.switching.problem import BOUNDED, FREE, HOLDS, PRESSES, SLIDES
-from lienumba.integrators.drivers.switching.reactions import MOVES, Reactions, along, number, push, slow, still, touches
+from lienumba.integrators.drivers.switching.reactions import (
+    MOVES,
+    Reactions,
+    along,
+    find_impulses,
+    number,
+    slow,
+    still,
+    touches,
+)
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     FRICTION,
@@ -26,14 +35,14 @@ from lienumba.integrators.sizes import Sizes
 
 @inlined
 def switch_fired(rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, which: int) -> bool:
-    """Whether a condition of a switch has become true now."""
+    """Return whether a guard function of a switch crosses zero now."""
     return fired(sizes, first, rows, lane, sizes.events + layout.CONDITIONS * switch + which)
 
 
 @apart
-def may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, halted: bool) -> None:
-    """The laws of what holds, rests or slides, with the accelerations that all else gives. halted: whether what may be
-    at rest was brought to rest: what then moves slides on."""
+def set_laws(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, halted: bool) -> None:
+    """Set the law of each switch, and the accelerations without their reactions. halted: contacts that are to stick
+    have been stopped, so that those that move slide on."""
     p, on = r.problem, first.state + layout.on_row(sizes)
     halts = not halted and _stops(r, rows, first, sizes, lane)
     for i in range(sizes.switched):
@@ -47,7 +56,7 @@ def may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
             p.law[s] = float(HOLDS)
         if kind == UNILATERAL and r.rates[row] <= rest and (closed or touches(rows, first, sizes, lane, s, row)):
             p.law[s], p.friction[s] = float(PRESSES), number(rows, first, sizes, lane, s, layout.STATIC)
-            stops = halts and bluntness(r, rows, first, sizes, lane, s) > 0.0
+            stops = halts and friction_speed(r, rows, first, sizes, lane, s) > 0.0
             if not stops and speed > (rest if halted else slow(rows, first, sizes, lane, s)):
                 slide_on(r, rows, first, sizes, lane, s, speed)
         if kind == FRICTION:
@@ -59,12 +68,12 @@ def may_act(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int,
 
 @apart
 def _stops(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> bool:
-    """Whether anything that slides has turned, and is slower than explicit steps of given length can follow."""
+    """Return whether a contact has reversed that slides slower than explicit steps of given length can follow."""
     some = False
     for s in range(sizes.switches):
         slides = rows[first.state + layout.on_row(sizes) + s, lane] == SLIDE
         turned = switch_fired(rows, first, sizes, lane, s, layout.SLIDES)
-        some = some or (slides and turned and bluntness(r, rows, first, sizes, lane, s) > 0.0)
+        some = some or (slides and turned and friction_speed(r, rows, first, sizes, lane, s) > 0.0)
     return some
 
 
@@ -72,7 +81,7 @@ def _stops(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) 
 def slide(
     r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, along: np.ndarray, scale: float
 ) -> None:
-    """A switch slides along `scale * along`; the friction of a joint is a load."""
+    """Let a switch slide along `scale * along`; the friction of a joint is then a load."""
     p = r.problem
     end = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
     for i in range(end - p.switches[switch, SWITCH_TANGENTS], end):
@@ -89,10 +98,10 @@ def slide(
 
 @inlined
 def slide_on(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, speed: float) -> None:
-    """What slides does so along its rates; where it has no direction of its own as yet, as it does in a step."""
+    """Let a switch slide along its rates; below its friction speed along the direction that a step uses."""
     p, slides = r.problem, rows[first.state + layout.on_row(sizes) + switch, lane] == SLIDE
     turned = switch_fired(rows, first, sizes, lane, switch, layout.SLIDES)
-    if slides and not turned and bluntness(r, rows, first, sizes, lane, switch) > 0.0:
+    if slides and not turned and friction_speed(r, rows, first, sizes, lane, switch) > 0.0:
         row = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS] - p.switches[switch, SWITCH_TANGENTS]
         measured = first.change + layout.border_memory(sizes) + p.switches[switch, layout.SWITCH_MEMORY]
         for n in range(p.switches[switch, SWITCH_TANGENTS]):
@@ -103,8 +112,8 @@ def slide_on(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
 
 
 @inlined
-def bluntness(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) -> float:
-    """The speed below which what slides in a plane has no direction of its own as yet, where it is slower; else 0."""
+def friction_speed(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) -> float:
+    """Return the speed below which friction keeps its direction, of a contact that slides slower; else 0."""
     if r.problem.switches[switch, SWITCH_TANGENTS] < 2:
         return 0.0
     memory = first.state + layout.memory_row(sizes) + r.problem.switches[switch, layout.SWITCH_MEMORY]
@@ -115,10 +124,10 @@ def bluntness(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: in
 
 @apart
 def halt(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) -> bool:
-    """Impulses, to x, that bring to rest what is to be asked as at rest; whether there are any. Where contacts say the
-    same, what is left of their speeds times that at which bodies turn would be accelerations that no forces give."""
+    """Find impulses x that stop all contacts that are to stick; return whether there are any. Their remaining speeds,
+    times angular velocities, would be accelerations that redundant contacts cannot remove."""
     p, some = r.problem, False
-    may_act(r, rows, first, sizes, lane, False)
+    set_laws(r, rows, first, sizes, lane, False)
     for i in range(sizes.switched):
         r.wanted[i], r.taken[i], p.free[i] = -1.0, 0.0, 0.0
     for s in range(sizes.switches):
@@ -129,15 +138,17 @@ def halt(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int) ->
         for i in range(row, end):
             tangent = i >= end - tangents
             if law == HOLDS:
-                r.wanted[i] = float(used_rows.FIRM)
+                r.wanted[i] = float(independent_rows.BILATERAL_ROW)
             if law >= PRESSES and not tangent:
-                r.wanted[i] = float(used_rows.SHARED)
+                r.wanted[i] = float(independent_rows.NORMAL_ROW)
             if rests and tangent:
-                r.wanted[i] = float(used_rows.DRY if law == BOUNDED else used_rows.TANGENT)
+                r.wanted[i] = float(
+                    independent_rows.JOINT_FRICTION_ROW if law == BOUNDED else independent_rows.TANGENT_ROW
+                )
                 p.free[i] = -r.rates[i]
     if some:
-        used_rows.take(r)
+        independent_rows.take(r)
         for i in range(sizes.switched):
             r.wanted[i] = r.taken[i]
-        push(r, rows, first, sizes, lane)
+        find_impulses(r, rows, first, sizes, lane)
     return some
