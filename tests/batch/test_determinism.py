@@ -150,7 +150,7 @@ def test_output_times_change_no_bit(sweep: Any) -> None:
     data = sweep()
     full = run(data)
     summaries = {name for name in full.data_vars if name.startswith("max_")}  # of the stored times
-    assert len(summaries) == 3
+    assert len(summaries) == 4
     step, every, end = data["integrator"]["step"], float(full["time"][1]), float(full["time"][-1])
     for output in ({"every": step}, {"every": end}, {"times": [end]}, {"times": [0.0, every]}):
         other = run(sweep(output=output))

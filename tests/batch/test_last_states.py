@@ -97,6 +97,7 @@ def test_runs_that_fail_after_a_landing(monkeypatch: pytest.MonkeyPatch) -> None
     """At the blow of a table, which is within a step of each run: both drivers, and those of steps of any length."""
     data = pendulum(step=0.0625) | {"parameters": {"late": 0.5}, "output": {"times": [0.0]}}
     data["tables"] = {"blow": {"times": [0, 1, 4], "values": [0, 1e100, 0], "interpolation": "hold"}}
+    data["tables"]["blow"]["outside"] = "hold"
     data["model"]["forces"] = [{"type": "torque", "body": "bob", "value": [0, "1e100*blow(t - late)", 0]}]
     data["sweep"] = {"runs": 11, "vary": {"parameters.late": {"distribution": "uniform", "low": -0.9, "high": 1.5}}}
     plain, free, own = (ended(paced(copy.deepcopy(data), pace), monkeypatch) for pace in PACES)

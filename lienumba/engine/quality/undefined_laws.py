@@ -75,7 +75,8 @@ def _numbers(model: Model) -> Iterator[tuple[str, Any]]:
 def _value(model: Model, number: Any, view: kinematics.View) -> float:
     """NaN where it cannot be evaluated by its own fault."""
     try:
-        return _float(evaluate(model, number, view))
+        with np.errstate(all="ignore"):
+            return _float(evaluate(model, number, view))
     except (ArithmeticError, ValueError):
         return np.nan
 

@@ -39,7 +39,8 @@ ROD: dict[str, Any] = {
 def rod(step: float, kind: str, *, value: str = "2*push(t)", times: Any = TIMES, values: Any = VALUES, **sections: Any):
     data = copy.deepcopy(ROD)
     data["model"]["forces"][0]["value"][1] = value
-    data["tables"] = {"push": {"times": list(times), "values": list(values), "interpolation": kind}}
+    table = {"times": list(times), "values": list(values), "interpolation": kind, "outside": "hold"}
+    data["tables"] = {"push": table}
     data["integrator"] = {"step": step, "end_time": END}
     return data | {"output": {"every": END / 4}} | sections
 

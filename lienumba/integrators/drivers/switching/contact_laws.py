@@ -100,8 +100,8 @@ def slide(
 def slide_on(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int, speed: float) -> None:
     """Let a switch slide along its rates; below its friction speed along the direction that a step uses."""
     p, slides = r.problem, rows[first.state + layout.on_row(sizes) + switch, lane] == SLIDE
-    turned = switch_fired(rows, first, sizes, lane, switch, layout.SLIDES)
-    if slides and not turned and friction_speed(r, rows, first, sizes, lane, switch) > 0.0:
+    keeps = slides and not has_turned(r, rows, first, sizes, lane, switch)
+    if keeps and friction_speed(r, rows, first, sizes, lane, switch) > 0.0:
         row = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS] - p.switches[switch, SWITCH_TANGENTS]
         measured = first.change + layout.border_memory(sizes) + p.switches[switch, layout.SWITCH_MEMORY]
         for n in range(p.switches[switch, SWITCH_TANGENTS]):
@@ -109,6 +109,19 @@ def slide_on(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int
         slide(r, rows, first, sizes, lane, switch, p.direction, 1.0)
     else:
         slide(r, rows, first, sizes, lane, switch, r.rates, 1.0 / speed)
+
+
+@inlined
+def has_turned(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane: int, switch: int) -> bool:
+    """Return whether a contact that slides takes a new direction: its guard function says so, or an impact has
+    reversed it."""
+    p, back = r.problem, 0.0
+    memory = first.state + layout.memory_row(sizes) + p.switches[switch, layout.SWITCH_MEMORY]
+    tangents = p.switches[switch, SWITCH_TANGENTS]
+    end = p.switches[switch, SWITCH_FIRST] + p.switches[switch, SWITCH_ROWS]
+    for n in range(tangents):
+        back -= rows[memory + n, lane] * r.rates[end - tangents + n]
+    return back > 0.0 or switch_fired(rows, first, sizes, lane, switch, layout.SLIDES)
 
 
 @inlined

@@ -6,7 +6,13 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.switching import force_distribution
 from lienumba.integrators.drivers.switching.complementarity import solve
-from lienumba.integrators.drivers.switching.contact_laws import friction_speed, set_laws, slide, switch_fired
+from lienumba.integrators.drivers.switching.contact_laws import (
+    friction_speed,
+    has_turned,
+    set_laws,
+    slide,
+    switch_fired,
+)
 from lienumba.integrators.drivers.switching.independent_rows import (
     NORMAL_ROW,
     TANGENT_ROW,
@@ -227,8 +233,7 @@ def _assign_modes(r: Reactions, rows: Rows, first: Workspace, sizes: Sizes, lane
         row, tangents = p.switches[s, SWITCH_FIRST], p.switches[s, SWITCH_TANGENTS]
         goes_on = rows[before + s, lane] == SLIDE and not _begins(r, s)
         least_speed = friction_speed(r, rows, first, sizes, lane, s) if goes_on else 0.0
-        turned = switch_fired(rows, first, sizes, lane, s, layout.SLIDES)
-        if rows[on + s, lane] >= SLIDE and (least_speed == 0.0 or turned):
+        if rows[on + s, lane] >= SLIDE and (least_speed == 0.0 or has_turned(r, rows, first, sizes, lane, s)):
             end, speed = row + p.switches[s, SWITCH_ROWS], max(least_speed, slow(rows, first, sizes, lane, s))
             for n in range(tangents):
                 memory = first.state + layout.memory_row(sizes) + p.switches[s, layout.SWITCH_MEMORY] + n
