@@ -29,6 +29,11 @@ def branched(node: ast.expr) -> ast.expr:
     return node
 
 
+def _varies(node: ast.expr) -> bool:
+    """Whether names of numbers are in it."""
+    return any(dotted(x) not in (*CONSTANTS, *FUNCTIONS) for x in ast.walk(node) if isinstance(x, NAMES))
+
+
 def _chosen(node: ast.Compare) -> ast.expr | None:
     """The same comparison for each branch of the first `where` or `sign` in it; None without any, or with many."""
     calls = [x for x in ast.walk(node) if isinstance(x, ast.Call) and ast.unparse(x.func) in ("where", "sign")]
@@ -41,9 +46,11 @@ def _chosen(node: ast.Compare) -> ast.expr | None:
         args = [above, ast.Constant(1.0), other]
     condition, *branches = args
     found = list[ast.expr]()
+    if not _varies(condition):
+        return copy.deepcopy(node, {id(call): branches[0 if truth(condition, {}) > 0.5 else 1]})
     for word, branch in zip((ast.UAdd(), ast.Not()), branches, strict=True):
         chosen, own = Chooses(word, condition), copy.deepcopy(node, {id(call): branch})
-        if any(dotted(x) not in (*CONSTANTS, *FUNCTIONS) for x in ast.walk(own) if isinstance(x, NAMES)):
+        if _varies(own):
             found.append(ast.BoolOp(ast.And(), [chosen, own]))
         elif truth(own, {}) > 0.5:
             found.append(chosen)

@@ -131,7 +131,11 @@ def test_a_condition_that_a_jump_makes_false_is_true_again(integrator: dict[str,
         {"name": "wave", "when": "sin(6*t + k) > 0.4"},
         {"name": "since", "when": f"t > event_time.wave + {wait}"},
     ]
-    ds, _ = thrown(events, integrator | {"end_time": end}, sweep=parts.sweep(64, {"parameters.k": (0.5, 3.5)}))
+    ds, _ = thrown(
+        events,
+        integrator | {"end_time": end},
+        sweep=parts.sweep(64, {"parameters.k": (0.5, 3.5), "parameters.up": (6, 13)}),
+    )
     k = ds["parameters.k"].values[:, None]
     rises = (np.arcsin(0.4) + 2 * np.pi * np.arange(8) - k) / 6
     begins = np.where(np.sin(k) > 0.4, 0.0, -1.0)
