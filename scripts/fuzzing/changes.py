@@ -8,7 +8,6 @@ from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
-from lienumba.compiler import native
 from tests.oracles.switching.comparing import Verdict, judge, same_bits, way_of
 from tests.oracles.switching.drawing import changing
 
@@ -17,7 +16,6 @@ PROGRAMS = 20  # a process compiles, before another takes its place
 
 def attempt(seed: int, bits: bool) -> tuple[int, Verdict]:
     """One seed."""
-    native.LEVEL = 0  # which changes no bit
     data = changing(seed)
     verdict = judge(data, way_of(seed))
     if bits and verdict.what != "refused":

@@ -6,7 +6,6 @@ import sys
 from collections import Counter
 from multiprocessing import get_context
 
-from lienumba.compiler import native
 from tests.oracles.dropping.drawing import drop
 from tests.oracles.dropping.judging import Verdict, judge
 
@@ -17,7 +16,6 @@ PROGRAMS = 20  # a process compiles, before another takes its place
 
 def attempt(seed: int) -> tuple[int, str, Verdict | None]:
     """One seed; None where it takes too long."""
-    native.LEVEL = 0  # which changes no bit
     thrown = drop(seed)
     signal.signal(signal.SIGPROF, _stop)
     signal.setitimer(signal.ITIMER_PROF, PATIENCE)
