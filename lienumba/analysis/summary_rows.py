@@ -86,11 +86,11 @@ def largest(summary: Summary) -> Iterator[tuple[str, float, str]]:
             yield name, value, unit
 
 
-def remarks(summary: Summary) -> list[str]:
-    """Sentences about the whole sweep: warnings first, then what is special about it."""
+def remarks(summary: Summary, warnings: bool = True) -> list[str]:
+    """Sentences about the whole sweep: warnings first, unless they stand elsewhere, then what is special about it."""
     reactions = f"reactions not unique: {summary.not_unique}; those of least norm are stored"
     found = (
-        *(f"warning: {sentence}" for sentence in summary.warnings),
+        *(f"warning: {sentence}" for sentence in summary.warnings if warnings),
         reactions if summary.not_unique else "",
         summary.unknown,
         summary.stopped,

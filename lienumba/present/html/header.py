@@ -11,7 +11,7 @@ from lienumba.analysis.studies.study_rows import headline
 from lienumba.analysis.summary import Summary, summarise
 from lienumba.batch.statuses import GOOD
 from lienumba.present.html import verdict
-from lienumba.present.html.markup import Markup, element, join, number
+from lienumba.present.html.markup import Markup, element, join, number, sentence
 from lienumba.scenario.base.toml import Tables
 from lienumba.scenario.resolve import written_tables
 from lienumba.store.linear_layout import is_modes
@@ -25,8 +25,10 @@ def header(ds: xr.Dataset, told: Markup | None = None) -> Markup:
     title = element("h1", str(ds.attrs.get("title", "")) or "Untitled")
     if told is None:
         told = _study_verdict(ds, failed) if is_study(ds) else _verdict(summarise(ds), counts(ds))
-    ran = element("p", told, class_="verdict failed" if failed else "verdict")
-    return join([title, *verdict.headline(ds), ran, element("p", " · ".join(_size(ds)), class_="quiet")])
+    warned = str(ds.attrs.get("warnings", "")).splitlines()
+    ran = element("p", told, class_="verdict failed" if failed or warned else "verdict")
+    doubts = [element("p", sentence(f"warning: {text}")) for text in warned]
+    return join([title, *verdict.headline(ds), ran, *doubts, element("p", " · ".join(_size(ds)), class_="quiet")])
 
 
 def scenario_of(ds: xr.Dataset) -> Tables:

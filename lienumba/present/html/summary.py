@@ -22,7 +22,7 @@ def summary(ds: xr.Dataset, name: str) -> Section:
         if isinstance(part, str) or part[0] == found.changes_told:
             continue  # changes have a section of their own
         parts += [element("h3", part[0][:1].upper() + part[0][1:]), text_table(part[1])]
-    parts += (element("p", sentence(text)) for text in remarks(found))
+    parts += (element("p", sentence(text)) for text in remarks(found, warnings=False))
     return section("summary", "Summary", *parts)
 
 
