@@ -15,6 +15,7 @@ from lienumba.analysis.weights import kept_of, weights_of, weights_told
 from lienumba.batch.statuses import GOOD, SUCCESS
 from lienumba.errors import ScenarioError
 from lienumba.integrators.codes import UNSTABLE
+from lienumba.mechanics.system.joint_coordinates import UNITS
 from lienumba.store.form import SHORT_STEPS
 from lienumba.store.layout import RELATIVE_DRIFT, RUN, VARIABLES
 from lienumba.store.names import SHOW
@@ -68,9 +69,9 @@ class Summary:
 
     unknown: of which summaries runs have no number; stopped: what made the sweep end before all its runs were done;
     short_steps: why a tolerance may have made steps short; unstable: that runs start in equilibria that they leave;
-    warnings: good runs that are not accurate; weights: what those of the runs mean; not_unique: the joints and drivers
-    whose reactions are not. The relative energy drift of a run is its largest energy residual over the energy that was
-    exchanged, the range of its kinetic energy.
+    warnings: good runs that are not accurate; shown: whether the scenario chose what is shown; weights: what those of
+    the runs mean; not_unique: the joints and drivers whose reactions are not. The relative energy drift of a run is its
+    largest energy residual over the energy that was exchanged, the range of its kinetic energy.
     """
 
     title: str
@@ -92,6 +93,7 @@ class Summary:
     short_steps: str = ""
     unstable: str = ""
     warnings: tuple[str, ...] = ()
+    shown: bool = False
     weights: str = ""
     ended: tuple[Quantiles, ...] = ()
     events: tuple[Happened, ...] = ()
@@ -131,7 +133,8 @@ def summarise(ds: xr.Dataset) -> Summary:
     as_varied = sampled if kept_runs is None else sampled & kept_runs
     final, time = _final_variables(ds, finished)
     kept = [x for x in ds.data_vars.values() if x.dims[:1] == RUN and x.name not in VARIABLES and "time" not in x.dims]
-    if shown := shown_in(ds):
+    shown = shown_in(ds)
+    if shown:
         kept = [x for x in kept if owner_in(str(x.name), shown) or owner_in(str(x.name).rpartition("_")[0], shown)]
     return Summary(
         title=str(ds.attrs.get("title", "")),
@@ -141,6 +144,7 @@ def summarise(ds: xr.Dataset) -> Summary:
         short_steps=" ".join(str(ds.attrs[name]) for name in SHORT_STEPS if name in ds.attrs),
         unstable=_unstable(ds),
         warnings=tuple(str(ds.attrs.get("warnings", "")).splitlines()),
+        shown=bool(shown),
         runs=len(status),
         good=int(good.sum()),
         spread=int((good & sampled).sum()),
@@ -274,7 +278,15 @@ def _quantiles(
             body = " ".join(x for dim, x in zip(dims, place, strict=True) if dim not in AXES)
             axis = "".join(x for dim, x in zip(dims, place, strict=True) if dim in AXES)
             low, median, high = _of(column[known], None if own is None else own[known])
-            yield Quantiles(name, body, axis, str(variable.attrs.get("units", "")), low, median, high, scale, kind)
+            yield Quantiles(name, body, axis, _units(variable, body), low, median, high, scale, kind)
+
+
+def _units(variable: xr.DataArray, label: str) -> str:
+    """The unit of a variable; of coordinates of joints each has its own."""
+    if "coordinate_units" in variable.coords and variable.name in UNITS:
+        own = variable["coordinate_units"].values[variable["coordinate"].values.tolist().index(label)]
+        return UNITS[str(variable.name)][str(own)]
+    return str(variable.attrs.get("units", ""))
 
 
 def _maximum(ds: xr.Dataset, name: str, good: np.ndarray) -> float | None:

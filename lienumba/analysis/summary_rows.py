@@ -35,12 +35,12 @@ class QuantileRows:
         return [number_text(x, ".6g", row.scale) for x in found]
 
 
-def quantile_rows(rows: Sequence[Quantiles], runs: int) -> QuantileRows:
-    """The rows of quantiles over so many runs."""
+def quantile_rows(rows: Sequence[Quantiles], runs: int, every: bool = False) -> QuantileRows:
+    """The rows of quantiles over so many runs; every: those of all bodies first, however many."""
     labels: dict[str, list[str]] = {}
     for kind, label in dict.fromkeys((row.kind, row.body) for row in rows if row.body):
         labels.setdefault(kind, []).append(label)
-    hidden = {kind: own[:-1] for kind, own in labels.items() if len(own) > MOST}
+    hidden = {kind: own[:-1] for kind, own in labels.items() if len(own) > MOST and not every}
     first = [row for row in rows if row.body not in hidden.get(row.kind, ())]
     return QuantileRows(runs, first, {SEVERAL.get(kind, "labels"): len(own) for kind, own in hidden.items()})
 

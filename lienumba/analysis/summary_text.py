@@ -59,7 +59,9 @@ def tables(summary: Summary) -> Iterator[str | Titled]:
     if summary.final:
         early = summary.finished < summary.spread
         which = f", over {plural(summary.finished, 'run that', 'runs that')} reached it" if early else ""
-        yield _quantiles(f"at t = {summary.final_time:g} s{which}", quantile_rows(summary.final, summary.finished))
+        yield _quantiles(
+            f"at t = {summary.final_time:g} s{which}", quantile_rows(summary.final, summary.finished, summary.shown)
+        )
     if summary.ended:
         ended = summary.spread - summary.finished
         yield _quantiles(f"where an event ended {plural(ended, 'run', 'runs')}", quantile_rows(summary.ended, ended))
@@ -70,7 +72,7 @@ def tables(summary: Summary) -> Iterator[str | Titled]:
     elif summary.changes_told:
         yield summary.changes_told
     if summary.kept:
-        yield _quantiles("of each run", quantile_rows(summary.kept, summary.spread))
+        yield _quantiles("of each run", quantile_rows(summary.kept, summary.spread, summary.shown))
 
 
 def _events(summary: Summary) -> Titled:

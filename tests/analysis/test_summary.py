@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import lienumba
 from lienumba import ScenarioError
 from lienumba.analysis.summary import summarise
 from lienumba.batch.statuses import STATUSES
 from lienumba.store.layout import Variable, dataset
+from tests.rigs.places import SCENARIOS
 
 TIMES = [0.0, 0.5, 1.0]
 
@@ -233,3 +235,16 @@ def test_what_was_not_measured_is_left_out():
     assert summarise(ds.isel(time=slice(1, None))).max_position_violation == pytest.approx(1e-9)  # of all stored times
     at_rest = summarise(unmeasured.assign(end_time=ds["end_time"] + 1.0))
     assert at_rest.max_position_violation == 0.0
+
+
+def test_coordinates_that_are_chosen_are_all_shown_in_their_units():
+    output = {"every": 0.005, "joint_coordinates": True, "show": ["q", "qd", "tau"]}
+    ds = lienumba.run(
+        SCENARIOS / "five_bar_leg.toml", overrides={"integrator.end_time": 0.01, "output": output}, runs=[0]
+    )
+    units = {(row.quantity, row.body): row.units for row in summarise(ds).final}
+    assert units["q", "rail"] == "m"
+    assert units["qd", "front_hip"] == "rad s-1"
+    assert units["tau", "rail"] == "N"
+    assert units["tau", "ankle.rx"] == "N m"
+    assert repr(summarise(ds)).count("ankle.r") == 9
