@@ -61,14 +61,14 @@ class Course:
 
 
 LEAST_EXCHANGE = 1e-3  # of the largest kinetic energy: what spins freely exchanges none
-ROUNDOFF = 1e-9  # of potential energy and work: what rests has no kinetic energy, and a residual of roundoff
+ROUNDOFF = 1e-9  # of the potential energy: what rests has no kinetic energy, and a residual of roundoff
 
 
-def energy_scale(kinetic: Course, potential: Course, work: Course) -> np.ndarray:
+def energy_scale(kinetic: Course, potential: Course) -> np.ndarray:
     """With which an energy residual compares (J) (blocks, W): the range of the kinetic energy."""
-    largest, roundoff = kinetic.largest, np.fmax(potential.largest, work.largest)
-    exchanged = largest - kinetic.extreme(np.fmin)
-    scale: np.ndarray = np.fmax(exchanged, np.fmax(LEAST_EXCHANGE * largest, ROUNDOFF * roundoff))
+    largest = kinetic.extreme(np.fmax)
+    least = np.fmax(LEAST_EXCHANGE * largest, ROUNDOFF * np.fmax.reduce(abs(potential.values[:, [0, -1]]), axis=1))
+    scale: np.ndarray = np.fmax(largest - kinetic.extreme(np.fmin), least)
     return scale
 
 

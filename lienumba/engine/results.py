@@ -174,11 +174,11 @@ class Results:
 
         def value(chunk: Chunk, program: Outline) -> np.ndarray:
             times = np.unique([0.0, *self.times])
-            names = ("energy_residual", "kinetic_energy", "potential_energy", "work")
-            courses = (self.layout.course(name, chunk, program, times) for name in names)
-            residual, *energies = courses
+            names = ("energy_residual", "kinetic_energy", "potential_energy")
+            residual, *energies = (self.layout.course(name, chunk, program, times) for name in names)
+            largest = residual.largest
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-                drift = np.where(residual.largest == 0.0, 0.0, residual.largest / energy_scale(*energies))
+                drift = np.where(largest == 0.0, 0.0, largest / energy_scale(*energies))
             return per_run(drift, len(chunk.codes))
 
         return Field(RELATIVE_DRIFT, VARIABLES[RELATIVE_DRIFT], (), value)
