@@ -58,8 +58,7 @@ INSIDE = {  # the floors of rooms, lowest first
         {"notes"}, {"base", "markup", "mujoco_words"}, {"mjcf", "urdf"}, {"imported", "reading"}, {"mapping"},
     ],
     "engine": [
-        {"chunk_sizes", "compare_runs", "cores", "fields", "part", "progress", "requirements", "select_run",
-         },
+        {"chunk_sizes", "compare_runs", "cores", "fields", "part", "progress", "requirements", "select_run"},
         {"programs", "results"},
         {"reference"},
         {"kernels", "memory", "simulate", "stopping"}, {"linear"}, {"quality"},

@@ -16,7 +16,7 @@ from lienumba.batch.statuses import GOOD, SUCCESS
 from lienumba.errors import ScenarioError
 from lienumba.integrators.codes import UNSTABLE
 from lienumba.mechanics.system.joint_coordinates import UNITS
-from lienumba.store.form import SHORT_STEPS
+from lienumba.store.form import SHORT_STEPS, warnings_in
 from lienumba.store.layout import RELATIVE_DRIFT, RUN, VARIABLES
 from lienumba.store.names import SHOW
 from lienumba.store.study_layout import is_study
@@ -143,7 +143,7 @@ def summarise(ds: xr.Dataset) -> Summary:
         stopped=str(ds.attrs.get("stopped", "")),
         short_steps=" ".join(str(ds.attrs[name]) for name in SHORT_STEPS if name in ds.attrs),
         unstable=_unstable(ds),
-        warnings=tuple(str(ds.attrs.get("warnings", "")).splitlines()),
+        warnings=tuple(warnings_in(ds)),
         shown=bool(shown),
         runs=len(status),
         good=int(good.sum()),

@@ -98,9 +98,9 @@ def run(
         For bad input, with all that is wrong, before anything runs.
     """
     from lienumba.engine import study
-    from lienumba.engine.quality import result_warnings
     from lienumba.engine.simulate import Progress
     from lienumba.store.files import read
+    from lienumba.store.form import warnings_in
     from lienumba.store.outputs import write
     from lienumba.store.shards import Shards
     from lienumba.store.targets import claimed_dataset
@@ -140,7 +140,7 @@ def run(
         else:
             on_disk(resolved, labels, compute, tell, own, resume, overwrite, workers)
             dataset = read(own.target)
-        for sentence in result_warnings.of(dataset) if told else ():
+        for sentence in warnings_in(dataset) if told else ():
             warnings.warn(sentence, ResultWarning, stacklevel=2)
         return dataset
 

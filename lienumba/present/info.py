@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from lienumba.store.form import warnings_in
 from lienumba.store.layout import VERDICT
 from lienumba.store.linear_layout import MODES, is_modes
 from lienumba.store.targets import DATASET_STARTS
@@ -63,7 +64,7 @@ def describe_dataset(dataset: "xr.Dataset") -> str:
         **(_modes(dataset) if is_modes(dataset) else _extent(dataset) | _variables(dataset)),
         "inputs": ", ".join(inputs) or "none",
         "status": "" if is_modes(dataset) else _statuses(dataset),
-        "warnings": str(attributes.get("warnings", "")).replace("\n", f"\n{'':13}"),
+        "warnings": f"\n{'':13}".join(warnings_in(dataset)),
         "stopped": str(attributes.get("stopped", "")),
         "verdict": str(attributes.get(VERDICT, "")).replace("\n", f"\n{'':13}"),
         "size": f"{dataset.nbytes / 1e6:.1f} MB in memory",

@@ -24,8 +24,9 @@ DIMENSIONS = ("run", "time", "body", "joint", "axis", "body_axis")  # of which a
 NUMBERED = (RUN[0], FULL, "change")  # dimensions whose labels are whole numbers
 # Attributes that are texts: of variables, and of the whole.
 TEXTS = ("units", "long_name", "frame", "role", "path", "not_unique", "measure")
+WARNINGS = "warnings"  # a sentence in each line
 SHORT_STEPS = ("short_steps", "stiff", "chatters")  # the last two in older files
-SAID = ("title", "history", "source", "scenario_sha256", "cpu", "stopped", *SHORT_STEPS, "warnings", VERDICT, VERDICTS)
+SAID = ("title", "history", "source", "scenario_sha256", "cpu", "stopped", *SHORT_STEPS, WARNINGS, VERDICT, VERDICTS)
 LONGEST = 10_000  # characters of a title, of what is said of a variable, of a label
 PACKED = ("scale_factor", "add_offset")  # of variables of other programs
 SECTIONS = ("model", "integrator", "output", "sweep", "files", "study", "start")
@@ -212,3 +213,8 @@ def _check_statuses(status: xr.DataArray, where: str) -> None:
     for code in np.unique(status.values).tolist():
         if code not in known:
             raise damaged(where, f"status has a value {code}, which means nothing")
+
+
+def warnings_in(ds: xr.Dataset) -> list[str]:
+    """The warnings about its results that a dataset has."""
+    return str(ds.attrs.get(WARNINGS, "")).splitlines()

@@ -4,20 +4,15 @@ A run that ends well may still be wrong: a step that is too long changes the ene
 looks at one certificate that every run has, and names the runs and the remedy.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from lienumba.batch.statuses import GOOD, NON_FINITE, UNDEFINED
 from lienumba.engine.quality.undefined_laws import Column, first_undefined
 from lienumba.engine.simulate import Runs
 from lienumba.scenario.resolve import Scenario
+from lienumba.store.form import WARNINGS
 from lienumba.store.layout import RELATIVE_DRIFT
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-WARNINGS = "warnings"  # the attribute of a dataset: a sentence in each line
 ENERGY_RTOL = 1e-3  # of the exchanged energy: errors of the motion of 1 % nearly always come with more
 REJECTED = 1000  # steps of a run from which on it is told that most were rejected
 SHOWN = 5  # labels
@@ -33,11 +28,6 @@ def attributes(resolved: Scenario, runs: Runs, column: Column) -> dict[str, str]
     if undefined.any():
         found.append(first_undefined(resolved, runs, column, int(runs.labels[undefined][0])))
     return {WARNINGS: "\n".join(filter(None, found))} if any(found) else {}
-
-
-def of(ds: "xr.Dataset") -> list[str]:
-    """The warnings that a dataset has."""
-    return str(ds.attrs.get(WARNINGS, "")).splitlines()
 
 
 def _energy(resolved: Scenario, labels: np.ndarray, column: Column, good: np.ndarray) -> list[str]:

@@ -18,9 +18,9 @@ from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Law, Model
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import prepare
+from lienumba.scenario.study_errors import STATE
 from lienumba.words import listed, show
 
-STATE = ("position", "rotation", "velocity", "angular_velocity")
 PARTS = (0.0, *np.geomspace(1e-6, 1.0, 25).tolist())  # of a step
 
 Column = Callable[[str, np.ndarray], np.ndarray]  # a variable of the runs with these labels

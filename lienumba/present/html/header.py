@@ -14,6 +14,7 @@ from lienumba.present.html import verdict
 from lienumba.present.html.markup import Markup, element, join, number, sentence
 from lienumba.scenario.base.toml import Tables
 from lienumba.scenario.resolve import written_tables
+from lienumba.store.form import warnings_in
 from lienumba.store.linear_layout import is_modes
 from lienumba.store.study_layout import grid_of, is_study
 from lienumba.words import listed, plural
@@ -25,7 +26,7 @@ def header(ds: xr.Dataset, told: Markup | None = None) -> Markup:
     title = element("h1", str(ds.attrs.get("title", "")) or "Untitled")
     if told is None:
         told = _study_verdict(ds, failed) if is_study(ds) else _verdict(summarise(ds), counts(ds))
-    warned = str(ds.attrs.get("warnings", "")).splitlines()
+    warned = warnings_in(ds)
     ran = element("p", told, class_="verdict failed" if failed or warned else "verdict")
     doubts = [element("p", sentence(f"warning: {text}")) for text in warned]
     return join([title, *verdict.headline(ds), ran, *doubts, element("p", " · ".join(_size(ds)), class_="quiet")])
