@@ -1,7 +1,7 @@
 """The runs of one chunk, from arrays by run to a driver's rows of lanes, and back."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from time import thread_time
 from typing import Any, NamedTuple
 
@@ -140,7 +140,8 @@ class Chunk:
     (`codes.KINDS`), event or switch, impulse and lost energy (J) of the first, NaN behind the last; (runs,): how many
     changes, and the energy lost in them (J); kept (runs, n, 2): the value of what is kept of
     them as a whole, and its time (s); rests (runs,): the kind of equilibrium in which it started
-    (`codes.EQUILIBRIA`), and starts (runs, n): its numbers there; seconds: how long a core was busy with them."""
+    (`codes.EQUILIBRIA`), and starts (runs, n): its numbers there; seconds: how long a core was busy with them;
+    variables: those of the records that somebody asked for, by name; see `records.Layout.variable`."""
 
     runs: slice
     records: np.ndarray
@@ -162,6 +163,7 @@ class Chunk:
     rests: np.ndarray
     starts: np.ndarray
     seconds: float
+    variables: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray) -> Chunk:

@@ -1,6 +1,6 @@
 """What a record holds: the variables of the dataset, from rows of numbers."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -73,19 +73,19 @@ class Layout:
         sizes |= {"constraint": len(self.constraints), "effort": len(self.efforts)}
         return sizes | {"coordinate": len(self.coordinates), "switch": len(self.switches)}
 
-    def lanes(self, name: str, records: np.ndarray, program: Outline) -> np.ndarray:
-        """A variable of the records (blocks, outputs, rows, W) of a program, with its shape before W."""
-        return Record(self, records, program)[name]
+    def variable(self, name: str, chunk: "Chunk", program: Outline) -> np.ndarray:
+        """A variable of the records of a chunk (blocks, outputs, ..., W)."""
+        return Record(self, chunk.records, program, chunk.variables)[name]
 
     def course(self, name: str, chunk: "Chunk", program: Outline, times: np.ndarray) -> Course:
         """A variable of a chunk at its last outputs, which are at these times (times,), and where an event ended a run
         before the last of them."""
-        values = self.lanes(name, chunk.records, program)[:, -len(times) :]
+        values = self.variable(name, chunk, program)[:, -len(times) :]
         if chunk.stopped is None:
             return Course(values, times)
         from_start = np.concatenate([chunk.records[:, :1], chunk.stopped], axis=1)  # from where energies count
         ends = np.where(chunk.stopped_at < times[-1], chunk.stopped_at, np.nan)
-        return Course(values, times, self.lanes(name, from_start, program)[:, 1], ends)
+        return Course(values, times, Record(self, from_start, program)[name][:, 1], ends)
 
     def largest(self, name: str, chunk: "Chunk", program: Outline, times: np.ndarray) -> np.ndarray:
         """The largest absolute value of a course (runs,); NaN for a run without any."""
@@ -95,7 +95,7 @@ class Layout:
         """A variable where each event first happened (runs, events, ...); NaN where it did not."""
         assert chunk.at_events is not None
         records = np.concatenate([chunk.records[:, :1], chunk.at_events], axis=1)  # energies count from the start
-        return per_run(self.lanes(name, records, program)[:, 1:], len(chunk.codes))
+        return per_run(Record(self, records, program)[name][:, 1:], len(chunk.codes))
 
     def last(self, name: str, states: np.ndarray) -> np.ndarray:
         """A variable of the states (runs, 18 k + ...) where runs ended (runs, bodies, ...)."""
@@ -107,16 +107,20 @@ class Layout:
 
 @dataclass(frozen=True)
 class Record:
-    """The records (blocks, outputs, rows, W) of a program; see `output_variables.Record`."""
+    """The records (blocks, outputs, rows, W) of a program; see `output_variables.Record`. known: variables that have
+    been computed from them, by name."""
 
     layout: Layout
     rows: np.ndarray
     program: Outline
+    known: dict[str, np.ndarray] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> np.ndarray:
-        values = self.observed(name) if name in self.layout.quantities else self.layout.variables[name].values(self)
-        blocks, outputs, _, width = self.rows.shape
-        return values.reshape(blocks, outputs, *self.layout.shape(name), width)
+        if name not in self.known:
+            values = self.observed(name) if name in self.layout.quantities else self.layout.variables[name].values(self)
+            blocks, outputs, _, width = self.rows.shape
+            self.known[name] = values.reshape(blocks, outputs, *self.layout.shape(name), width)
+        return self.known[name]
 
     def observed(self, name: str) -> np.ndarray:
         first, count = self.program.observed[name]

@@ -95,8 +95,7 @@ class Prepared:
         resolved, labels, nominal = self._chosen(parameters, samples, runs)
         wanted = Runs(np.asarray(labels, np.int64), design(resolved, labels), nominal)
         results = self._results.with_numbers(resolved, nominal)
-        threads = Threads(resolved, workers or usable_cores(), results=results)
-        return in_memory(resolved, wanted, threads, _untold, results)
+        return in_memory(results, wanted, Threads(results, workers or usable_cores()), _untold)
 
     def kernels(self, observe: str | Sequence[str] = ()) -> "Kernels":
         """Compile the mechanism into functions that code under Numba's `@njit` calls.

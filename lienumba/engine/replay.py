@@ -183,7 +183,7 @@ def _simulated(
         stored = START_STATE in there and found.rests is not None
         return [with_start(found, there[START_STATE].values) if stored else found]
 
-    for piece in simulate(runs, tell, Threads(dense, 1, prepared, results)):
+    for piece in simulate(runs, tell, Threads(results, 1, prepared)):
         every.take(piece)
         kept.take(results.kept(piece))
     both = ((results, every), (results.original, kept))

@@ -136,7 +136,7 @@ class Results:
 
     def _lanes(self, name: str, chunk: Chunk, program: Outline) -> np.ndarray:
         """A variable at the stored times (blocks, times, ..., W); records have the start, too."""
-        return self.layout.lanes(name, chunk.records, program)[:, -len(self.times) :]
+        return self.layout.variable(name, chunk, program)[:, -len(self.times) :]
 
     def _fates(self) -> list[Field]:
         """How runs ended, and what the whole dataset has one of for each run."""
@@ -435,7 +435,8 @@ class Twice(Results):
 
     def piece(self, chunk: Chunk, program: Outline, labels: np.ndarray) -> Piece:
         whole = super().piece(chunk, program, labels)
-        fewer = self.original.piece(replace(chunk, records=chunk.records[:, self.places]), program, labels)
+        chunk = replace(chunk, records=chunk.records[:, self.places], variables={})
+        fewer = self.original.piece(chunk, program, labels)
         return replace(whole, tables=whole.tables | {KEPT + name: table for name, table in fewer.tables.items()})
 
     def kept(self, piece: Piece) -> Piece:

@@ -98,6 +98,7 @@ def run(
         For bad input, with all that is wrong, before anything runs.
     """
     from lienumba.engine import study
+    from lienumba.engine.results import Results
     from lienumba.engine.simulate import Progress
     from lienumba.store.files import read
     from lienumba.store.form import warnings_in
@@ -134,11 +135,12 @@ def run(
                 write(dataset, own)
                 Shards(own).remove()
             return dataset
-        compute = stack.enter_context(_computing(resolved, workers, dask))
+        results = Results(resolved, check_initial(resolved))
+        compute = stack.enter_context(_computing(results, workers, dask))
         if own is None:
-            dataset = in_memory(resolved, runs_of(resolved, labels), compute, tell)
+            dataset = in_memory(results, runs_of(resolved, labels, results.nominal), compute, tell)
         else:
-            on_disk(resolved, labels, compute, tell, own, resume, overwrite, workers)
+            on_disk(results, labels, compute, tell, own, resume, overwrite, workers)
             dataset = read(own.target)
         for sentence in warnings_in(dataset) if told else ():
             warnings.warn(sentence, ResultWarning, stacklevel=2)
@@ -159,31 +161,28 @@ def _check_study(resume: bool, dask: object) -> None:
 
 
 @contextmanager
-def _computing(resolved: Scenario, workers: int, dask: object) -> "Iterator[Compute]":
+def _computing(results: "Results", workers: int, dask: object) -> "Iterator[Compute]":
     """What computes runs: threads, or a cluster."""
     from lienumba.engine.simulate import Threads
 
     if dask is None:
-        yield Threads(resolved, workers)
+        yield Threads(results, workers)
         return
     from lienumba.engine.cluster.dask_cluster import Cluster
 
-    with Cluster(resolved, dask, workers) as cluster:
+    with Cluster(results.resolved, dask, workers) as cluster:
         yield cluster
 
 
-def in_memory(
-    resolved: Scenario, runs: "Runs", compute: "Compute", tell: "Tell", results: "Results | None" = None
-) -> "xr.Dataset":
-    """The dataset of these runs; results: what is kept of them, if it is known."""
+def in_memory(results: "Results", runs: "Runs", compute: "Compute", tell: "Tell") -> "xr.Dataset":
+    """The dataset of these runs."""
     from lienumba.engine.memory import Memory
     from lienumba.engine.quality import result_warnings, short_steps
     from lienumba.engine.requirements import attributes
-    from lienumba.engine.results import Results
     from lienumba.engine.simulate import simulate
     from lienumba.engine.stopping import stopping_of
 
-    results, memory = results or Results(resolved, runs.nominal), Memory(runs.labels.tolist())
+    resolved, memory = results.resolved, Memory(runs.labels.tolist())
     enough = stopping_of(resolved, results)
     try:
         for piece in enough.until(simulate(runs, tell, compute)):
@@ -205,7 +204,7 @@ def in_memory(
 
 
 def on_disk(
-    resolved: Scenario,
+    results: "Results",
     labels: Sequence[int],
     compute: "Compute",
     tell: "Tell",
@@ -220,13 +219,12 @@ def on_disk(
     from lienumba.engine.disk.sweep_files import Arrived, sweep_files
     from lienumba.engine.quality import result_warnings, short_steps
     from lienumba.engine.requirements import attributes
-    from lienumba.engine.results import Results
     from lienumba.engine.simulate import Progress, simulate
     from lienumba.engine.stopping import stopping_of
     from lienumba.store.shards import LABEL
     from lienumba.store.stream import Stream
 
-    results = Results(resolved, check_initial(resolved))
+    resolved = results.resolved
     with sweep_files(output, results, resume) as there:
         shards, finished = there.shards, there.labels
         if shards.damaged:

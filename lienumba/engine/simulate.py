@@ -96,21 +96,19 @@ def simulate(
 class Threads:
     """Computes on threads of this process.
 
-    prepared: where portions come from, if they are known; results: what is kept of runs, if that is not what the
-    scenario says.
+    results: what is kept of runs; prepared: where portions come from, if they are known.
     """
 
-    resolved: Scenario
+    results: Results
     workers: int
     prepared: Callable[[Runs], Iterable[Prepared]] | None = None
-    results: Results | None = None
 
     def __call__(
         self, runs: Runs, fixed: bool, report: Callable[[float], None], begin: Callable[[], None]
     ) -> Iterator[Piece]:
-        prepared = iter((self.prepared or partial(portions, self.resolved))(runs))
+        prepared = iter((self.prepared or partial(portions, self.results.resolved))(runs))
         first = next(prepared)  # a sweep of which no run can be prepared ends here, before anything is compiled
-        every = chunks(self.resolved, chain([first], prepared), fixed, self.workers, report, self.results, begin)
+        every = chunks(self.results, chain([first], prepared), fixed, self.workers, report, begin)
         return execute(every, self.workers, report)
 
 
@@ -121,27 +119,25 @@ def portions(resolved: Scenario, runs: Runs) -> Iterator[Prepared]:
 
 
 def chunks(
-    resolved: Scenario,
+    results: Results,
     portions: Iterable[Prepared],
     fixed: bool,
     workers: int,
     report: Callable[[float], None],
-    results: Results | None = None,
     begin: Callable[[], None] = lambda: None,
 ) -> Iterator[Task[Piece]]:
     """The chunks of all portions; the first of these is what is compiled, where it is not yet."""
+    resolved = results.resolved
     if resolved.data.integrator.engine is not None:
         from lienumba.engine.reference import runs as reference  # Numba takes half a second
 
-        yield from reference.chunks(resolved, portions, workers, results, begin)
+        yield from reference.chunks(results, portions, workers, begin)
         return
     program, cost = None, Cost()
     for prepared in portions:
         if program is None:
             program, machine = compiled_of(resolved, prepared, fixed, begin)
-            results = results or Results(resolved, prepared.nominal)
             report(0)
-        assert results is not None
         batch = batch_of(resolved, prepared, program, machine)
         yield from tasks(batch, workers, partial(_piece, results, program, np.array(prepared.labels)), cost)
 

@@ -16,6 +16,7 @@ from lienumba.batch.statuses import GOOD
 from lienumba.engine.fields.field import measured
 from lienumba.engine.memory import Memory
 from lienumba.engine.programs import compile_early
+from lienumba.engine.results import Results
 from lienumba.engine.simulate import Progress, Runs, Tell, Threads, simulate
 from lienumba.integrators.methods import METHODS
 from lienumba.scenario.resolve import Scenario
@@ -125,8 +126,8 @@ class _Bench:
         known = self.prepared[problem]
         runs = Runs(np.asarray(known.labels), known.samples, known.nominal)
         memory = Memory(known.labels)
-        threads = Threads(_lean(scenario), self.workers, portions)
-        for piece in simulate(runs, report, threads):
+        results = Results(_lean(scenario), known.nominal)
+        for piece in simulate(runs, report, Threads(results, self.workers, portions)):
             memory.take(piece)
         self.done += self.runs
         self.failed += counted * int(np.count_nonzero(~np.isin(memory.arrays["status"], GOOD)))

@@ -163,11 +163,19 @@ class Scenario:
 
     def to_toml(self) -> str:
         """The scenario as TOML with every default written out."""
+        return self._toml
+
+    @cached_property
+    def _toml(self) -> str:
         return toml.dumps(self._written)
 
     def sha256(self) -> str:
         """The hash of what determines a run: neither title nor output nor the number of runs, unless samples depend on
         it."""
+        return self._sha256
+
+    @cached_property
+    def _sha256(self) -> str:
         content = dict(self._written)
         content["sweep"] = sweep = dict(content["sweep"])
         if content.pop("output")["joint_coordinates"]:  # which make joints count their turns

@@ -24,8 +24,8 @@ from lienumba.words import plural
 if TYPE_CHECKING:
     import xarray as xr
 
+    from lienumba.engine.results import Results
     from lienumba.engine.simulate import Runs, Tell
-    from lienumba.scenario.start.prepare import Nominal
 
 STATE = ("position", "rotation", "velocity", "angular_velocity")  # by which engines are judged
 AGREE = 1e-9  # relative to the largest value of a variable: differences of roundoff in some hundred steps
@@ -66,6 +66,7 @@ def check(
     allow_code: bool = False,
 ) -> Check:  # fmt: skip
     """Simulate the first runs of a scenario or a dataset (.nc) by both engines, for so many steps at most."""
+    from lienumba.engine.results import Results
     from lienumba.engine.runner import in_memory
     from lienumba.engine.simulate import Threads
     from lienumba.scenario.start.prepare import check_initial
@@ -73,25 +74,25 @@ def check(
 
     whole, samples = read(source, overrides, allow_code)
     scenarios = [shortened(whole, steps, engine) for engine in (None, NUMBA)]
-    nominals = [check_initial(scenario) for scenario in scenarios]  # refused before anything runs
+    every = [Results(scenario, check_initial(scenario)) for scenario in scenarios]  # refused before anything runs
     one, other = (
-        in_memory(scenario, first_runs(scenario, samples, runs, nominal), Threads(scenario, usable_cores()), tell)
-        for scenario, nominal in zip(scenarios, nominals, strict=True)
+        in_memory(results, first_runs(results, samples, runs), Threads(results, usable_cores()), tell)
+        for results in every
     )
     integrator = scenarios[0].data.integrator
     return compare(one, other, integrator.step or 0.0, integrator.method)
 
 
-def first_runs(scenario: Scenario, samples: dict[int, dict[str, float]], count: int, nominal: "Nominal") -> "Runs":
+def first_runs(results: "Results", samples: dict[int, dict[str, float]], count: int) -> "Runs":
     """The first runs of a scenario; samples: of the runs of a dataset, by their labels and paths."""
     from lienumba.engine.runner import runs_of
     from lienumba.engine.simulate import Runs
 
     if not samples:
-        return runs_of(scenario, [*scenario.labels][:count], nominal)
+        return runs_of(results.resolved, [*results.resolved.labels][:count], results.nominal)
     labels = [*samples][:count]
     columns = {path: np.array([samples[label][path] for label in labels]) for path in samples[labels[0]]}
-    return Runs(np.array(labels, np.int64), columns, nominal)
+    return Runs(np.array(labels, np.int64), columns, results.nominal)
 
 
 def compare(one: "xr.Dataset", other: "xr.Dataset", h: float, method: str) -> Check:

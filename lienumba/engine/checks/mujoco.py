@@ -44,6 +44,7 @@ def check(
     allow_code: bool = False,
 ) -> Check:  # fmt: skip
     """Compare the first runs of a scenario or a dataset with MuJoCo, for so many steps at most."""
+    from lienumba.engine.results import Results
     from lienumba.engine.runner import in_memory
     from lienumba.engine.simulate import Threads
     from lienumba.scenario.start.prepare import check_initial, prepare
@@ -54,7 +55,8 @@ def check(
         raise ScenarioError('MuJoCo is not installed; pip install "lienumba[import]"') from None
     whole, samples = read(source, overrides, allow_code)
     scenario = shortened(whole, steps, None)
-    wanted = first_runs(scenario, samples, runs, check_initial(scenario))
+    results = Results(scenario, check_initial(scenario))
+    wanted = first_runs(results, samples, runs)
     labels = wanted.labels.tolist()
     prepared = prepare(scenario, labels, wanted.samples, wanted.nominal, len(labels) + 1)
     starts = [tuple(tuple(x) for x in state.reshape(-1, ELEMENT).tolist()) for state in prepared.states]
@@ -62,7 +64,7 @@ def check(
     h, count, end = scenario.data.integrator.step or 0.0, scenario.steps or 0, scenario.data.integrator.end_time
     able = np.flatnonzero(prepared.codes == SUCCESS).tolist()  # to begin
     theirs = {n: _Theirs(mujoco, models[n], starts[n], h) for n in able}  # refused before anything runs
-    ours = in_memory(scenario, wanted, Threads(scenario, usable_cores()), tell).isel(time=-1)
+    ours = in_memory(results, wanted, Threads(results, usable_cores()), tell).isel(time=-1)
     good = np.isin(ours["status"].values, GOOD)
     worst: dict[str, Difference] = {}
     for n in np.flatnonzero(good).tolist():

@@ -7,7 +7,6 @@ import signal
 import threading
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -16,22 +15,12 @@ import numpy as np
 from lienumba.errors import ScenarioError
 
 if TYPE_CHECKING:
-    from lienumba.engine.results import Piece
-    from lienumba.scenario.resolve import Scenario
-    from lienumba.scenario.start.prepare import Nominal
+    from lienumba.engine.results import Piece, Results
 
 SCENARIOS = 8  # that are kept ready
 SHELF = "lienumba"  # under which the scheduler has the texts of scenarios
 
 _one_at_a_time = threading.Lock()  # a worker may have several threads
-
-
-@dataclass(frozen=True)
-class Ready:
-    """A scenario and its nominal start."""
-
-    resolved: "Scenario"
-    nominal: "Nominal"
 
 
 def dask_setup(_: object) -> None:
@@ -52,13 +41,13 @@ def compute(
     from lienumba.scenario.start.prepare import prepare
 
     with _one_at_a_time:
-        ready = _ready(_text(tuple(shelf)))
-    resolved, started = ready.resolved, thread_time()
-    prepared = prepare(resolved, labels.tolist(), samples, ready.nominal, asked=0)
+        results = _ready(_text(tuple(shelf)))
+    resolved, started = results.resolved, thread_time()
+    prepared = prepare(resolved, labels.tolist(), samples, results.nominal, asked=0)
     busy = thread_time() - started
     compile_early(resolved, prepared, fixed)  # which is no time of these runs
     started = thread_time()
-    tasks = chunks(resolved, [prepared], fixed, 1, lambda done: None)
+    tasks = chunks(results, [prepared], fixed, 1, lambda done: None)
     pieces = [task.work(*np.zeros((2, 1), np.int64)) for task in tasks]
     return joined(pieces, busy + thread_time() - started)
 
@@ -93,9 +82,10 @@ def _text(shelf: tuple[str, ...]) -> str:
 
 
 @lru_cache(maxsize=SCENARIOS)
-def _ready(text: str) -> Ready:
+def _ready(text: str) -> "Results":
+    from lienumba.engine.results import Results
     from lienumba.scenario.resolve import resolve
     from lienumba.scenario.start.prepare import check_initial
 
     resolved = resolve(tomllib.loads(text))
-    return Ready(resolved, check_initial(resolved))
+    return Results(resolved, check_initial(resolved))

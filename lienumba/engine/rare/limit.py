@@ -79,7 +79,7 @@ class Limit:
             total = max(self.expected, before + event.total + 1)
             self.tell(Progress(event.stage, before + event.done, total, self.failed + event.failed))
 
-        for piece in simulate(runs, tell, Threads(self.scenario, self.workers, results=self.results)):
+        for piece in simulate(runs, tell, Threads(self.results, self.workers)):
             own: Any = piece.tables["run"]
             at = own[LABEL] - before
             found[at], codes[at] = own[MARGIN][:, self.place], own["status"]

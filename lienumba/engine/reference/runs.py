@@ -32,18 +32,16 @@ VELOCITY_WEIGHTS = {"none": NONE, "mass": MASS, "identity": IDENTITY}
 
 
 def chunks(
-    resolved: Scenario,
+    results: Results,
     portions: Iterable[Prepared],
     workers: int,
-    results: Results | None = None,
     begin: Callable[[], None] = lambda: None,
 ) -> Iterator[Task[Piece]]:
     """The tasks of all portions; begin: called where the first compiles, because no cache has it."""
     if not is_kept(march):
         begin()
     for prepared in portions:
-        results = results or Results(resolved, prepared.nominal)
-        work, total = _Work.of(resolved, prepared, results), len(prepared.states)
+        work, total = _Work.of(results.resolved, prepared, results), len(prepared.states)
         size = max(1, min(TOGETHER, -(-total // workers), CHUNK_BYTES // work.bytes_of_run))
         for first in range(0, total, size):
             runs = slice(first, min(first + size, total))

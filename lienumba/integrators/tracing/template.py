@@ -6,6 +6,7 @@ from typing import Any
 from lienumba.compiler.symbols import Graph
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
+from lienumba.mechanics.mechanism.once import once_per_model
 
 
 @dataclass(frozen=True)
@@ -15,6 +16,7 @@ class Slot:
     row: int
 
 
+@once_per_model
 def split(model: Model) -> tuple[Model, list[Any]]:
     """The template of a model, with slots for its parameters, and their values. Exact 0, 1, -1 in structural places
     stay."""

@@ -19,6 +19,7 @@ from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import OFF, STICK, Instant, Law, Mode, View
 from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Joint, Model
+from lienumba.mechanics.mechanism.once import once_per_model
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
 from lienumba.mechanics.system.switched import laws
 from lienumba.mechanics.system.switched.border import FrictionCoupling
@@ -104,14 +105,15 @@ def permanent_rows(model: Model) -> int:
     return sum(c.rows for c in constraints_of(model)) - sum(switch.rows for switch in switches_of(model))
 
 
-def rows_of(model: Model) -> list[slice]:
+@once_per_model
+def rows_of(model: Model) -> tuple[slice, ...]:
     """Which rows belong to each constraint."""
     slices: list[slice] = []
     first = 0
     for constraint in constraints_of(model):
         slices.append(slice(first, first + constraint.rows))
         first = slices[-1].stop
-    return slices
+    return tuple(slices)
 
 
 def residual(model: Model, now: Instant, axes: Axes = GLOBAL) -> list[Any]:

@@ -11,6 +11,7 @@ from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.locks import BALL
 from lienumba.mechanics.mechanism.kinematics import OFF, Mode, Modes
 from lienumba.mechanics.mechanism.model import Force, Lock, Model
+from lienumba.mechanics.mechanism.once import once_per_model
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero
 
@@ -63,6 +64,7 @@ def unforced(switches: Sequence[Switch]) -> bool:
     return all(switch.what in (JOINT, LOCK) for switch in switches)
 
 
+@once_per_model
 def switches_of(model: Model) -> tuple[Switch, ...]:
     """All switches in the order of their rows: joints, locks, limits, contacts, friction."""
     found: list[Switch] = []
