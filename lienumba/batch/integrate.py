@@ -238,7 +238,7 @@ class Told(NamedTuple):
         events = len(batch.plan.stops)
         times, changes = np.full((blocks, events, W), np.nan), np.full((blocks, batch.changes, 5, W), np.nan)
         wanted = events if batch.at_events or batch.kept_at_events else 0
-        states = np.zeros((blocks, wanted, state_rows(batch.machine.sizes), W))
+        states = aligned(blocks, wanted, state_rows(batch.machine.sizes), W)
         kept = np.full((blocks, KEPT_ROWS * batch.machine.sizes.kept, W), np.nan)
         return Told(times, np.zeros_like(times), states, changes, np.zeros((blocks, W)), np.zeros((blocks, W)), kept)
 

@@ -68,8 +68,8 @@ def different(a: Chunk, b: Chunk) -> list[str]:
 
 
 def compared(chunk: Chunk) -> list[str]:
-    """The fields that are not measured."""
-    return [f.name for f in fields(chunk) if f.name not in MEASURED]
+    """The fields that are not measured, nor derived from others."""
+    return [f.name for f in fields(chunk) if f.name not in (*MEASURED, "variables")]
 
 
 def bits(x: np.ndarray | None) -> bytes | None:
