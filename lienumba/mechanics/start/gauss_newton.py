@@ -14,7 +14,7 @@ from lienumba.mechanics.elements import joints
 from lienumba.mechanics.mechanism.kinematics import Instant, still
 from lienumba.mechanics.mechanism.massless import massless
 from lienumba.mechanics.mechanism.model import Model
-from lienumba.mechanics.start.least_norm import Entries, Least, least
+from lienumba.mechanics.start.least_norm import Entries, Least
 from lienumba.mechanics.start.poses import Local, Poses, Rates
 from lienumba.mechanics.system import constraints, rotors
 from lienumba.mechanics.tolerances import ROUNDOFF
@@ -115,7 +115,7 @@ class Closing:
             b = self._minus_residual(now)
             for (row, c), value in C.items():
                 b[row] = b[row] + value * x[c]
-            x = _limited(x, least(C, inverse, b, size, damping * np.minimum(worst, 1.0)))
+            x = _limited(x, Least(C, inverse, len(b), size, damping * np.minimum(worst, 1.0)).change(b))
             local = poses.chosen(going, poses.moved(start, x, going), local)
             before = worst
         return local
