@@ -74,13 +74,15 @@ class Formula:
 
     def bound(self, values: Mapping[str, float]) -> str:
         """The text of the same formula with numbers for these names."""
-        return ast.unparse(_Binding(values).visit(copy.deepcopy(self._tree)))
+        return self._with({name: ast.Constant(x) for name, x in values.items()})
 
     def rewritten(self, texts: Mapping[str, str], names: Iterable[str]) -> "Formula":
         """The same with other formulas, or names, for these names; names: that may stand in them besides."""
-        trees = {name: ast.parse(text, mode="eval").body for name, text in texts.items()}
-        written = ast.unparse(_Rewriting(trees).visit(copy.deepcopy(self._tree)))
+        written = self._with({name: ast.parse(text, mode="eval").body for name, text in texts.items()})
         return Formula(written, self.allowed.union(names), self.tables, self.condition)
+
+    def _with(self, trees: Mapping[str, ast.expr]) -> str:
+        return ast.unparse(_Replacing(trees).visit(copy.deepcopy(self._tree)))
 
     @property
     def plain(self) -> str:
@@ -193,41 +195,23 @@ def _counted(args: list[ast.expr]) -> ast.expr:
 
 
 class _Replacing(ast.NodeTransformer):
-    """Knows names of numbers: a function may have the same one."""
+    """Puts trees in the place of names of numbers; a function may have the same name."""
+
+    def __init__(self, trees: Mapping[str, ast.expr]) -> None:
+        self.trees = trees
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
         node.args = [self.visit(x) for x in node.args]
         return node
 
-
-class _Binding(_Replacing):
-    """Puts numbers in the place of names."""
-
-    def __init__(self, values: Mapping[str, float]) -> None:
-        self.values = values
-
     def visit_Name(self, node: ast.Name) -> ast.expr:
-        return ast.Constant(self.values[node.id]) if node.id in self.values else node
+        return self._replaced(node)
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
-        return self._bound(node)
+        return self._replaced(node)
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
-        return self._bound(node)
+        return self._replaced(node)
 
-    def _bound(self, node: ast.expr) -> ast.expr:
-        name = dotted(node)
-        return ast.Constant(self.values[name]) if name in self.values else node
-
-
-class _Rewriting(_Replacing):
-    """Puts formulas in the place of names."""
-
-    def __init__(self, trees: Mapping[str, ast.expr]) -> None:
-        self.trees = trees
-
-    def visit_Name(self, node: ast.Name) -> ast.expr:
-        return self.trees.get(node.id, node)
-
-    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
+    def _replaced(self, node: ast.expr) -> ast.expr:
         return self.trees.get(dotted(node), node)

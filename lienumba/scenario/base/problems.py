@@ -1,13 +1,13 @@
 """What the checks of a scenario find, and how they name places."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from lienumba.errors import NOTHING, Problem, missing
+from lienumba.errors import NOTHING, Problem, ScenarioError, missing
 from lienumba.keys.facts import is_text
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.toml import Keys
@@ -15,6 +15,7 @@ from lienumba.words import suggestion
 
 GROUND = "ground"
 S = TypeVar("S", bound=BaseModel)
+T = TypeVar("T")
 
 
 @dataclass
@@ -37,6 +38,20 @@ class Report:
     def warn(self, place: str, rule: str, remedy: str = "", value: object = NOTHING) -> None:
         """A warning."""
         self.warnings.append(Problem(place, rule, remedy, value))
+
+
+def each(act: Callable[..., T], *items: Iterable[Any]) -> list[T]:
+    """`map`, with the problems of all items in one ScenarioError."""
+    found: list[T] = []
+    problems: list[Problem] = []
+    for arguments in zip(*items, strict=True):
+        try:
+            found.append(act(*arguments))
+        except ScenarioError as error:
+            problems += error.problems
+    if problems:
+        raise ScenarioError(*problems)
+    return found
 
 
 def tables(items: object) -> list[Keys]:

@@ -1,28 +1,31 @@
 """Varied numbers that are formulas of others: which names they know, and in which order they follow."""
 
 from collections.abc import Mapping
-from graphlib import CycleError, TopologicalSorter
 from typing import TYPE_CHECKING
 
+from lienumba.errors import Problem
 from lienumba.keys.formulas import explained
 from lienumba.numerics.expressions import Formula
 from lienumba.numerics.grammar import ExpressionError
+from lienumba.scenario.formulas.parameters import order
 from lienumba.sweep.distributions.base import Distribution
 from lienumba.sweep.distributions.external import Expression
-from lienumba.words import listed
 
 if TYPE_CHECKING:
     from lienumba.scenario.base.problems import Report
     from lienumba.scenario.formulas.parameters import Parameters
 
 
-def ordered(vary: Mapping[str, Distribution], parameters: "Parameters") -> dict[str, Formula]:
-    """The formulas by their paths, each behind those that it needs; an ExpressionError or a CycleError if there are
-    none."""
+def ordered(
+    vary: Mapping[str, Distribution], parameters: "Parameters", problems: list[Problem] | None = None
+) -> dict[str, Formula]:
+    """The formulas by their paths, each behind those that it needs; an ExpressionError for what is none. problems: a
+    cycle is added."""
     names = _names(vary, parameters)
     formulas = {path: Formula(kind.expression, names) for path, kind in vary.items() if isinstance(kind, Expression)}
     needs = {path: _needs(formula, parameters) & formulas.keys() for path, formula in formulas.items()}
-    return {path: formulas[path] for path in TopologicalSorter(needs).static_order()}
+    behind = order(needs, "sweep.vary", [] if problems is None else problems, "a distribution")
+    return {path: formulas[path] for path in behind}
 
 
 def used(vary: Mapping[str, Distribution], parameters: "Parameters") -> set[str]:
@@ -51,11 +54,5 @@ def check_derived(vary: Mapping[str, Distribution], parameters: "Parameters", re
             except ExpressionError as error:
                 at, value = f'sweep.vary."{path}".expression', kind.expression
                 report.problems.append(explained(kind.expression, error).at(at, value))
-    if len(report.problems) > before:
-        return
-    try:
-        ordered(vary, parameters)
-    except CycleError as error:
-        cycle = list(dict.fromkeys(error.args[1]))
-        depend = "depends on itself" if len(cycle) == 1 else "depend on one another in a circle"
-        report.add("sweep.vary", f"{listed(cycle)} {depend}", f"give a distribution for {cycle[0]}")
+    if len(report.problems) == before:
+        ordered(vary, parameters, report.problems)

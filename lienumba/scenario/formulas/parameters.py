@@ -8,6 +8,7 @@ reaches everything that depends on it, run by run.
 import re
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
+from graphlib import CycleError, TopologicalSorter
 from keyword import kwlist
 from typing import Any
 
@@ -209,7 +210,8 @@ def section_of(section: Keys) -> tuple[dict[str, float], dict[str, Formula], lis
             problems.append(Problem(at, f"must be a finite number, at most {LARGEST:g} in size", value=value))
         else:
             numbers[name] = float(value)
-    return numbers, ordered(formulas, "parameters", problems), problems
+    behind = order({name: formula.used for name, formula in formulas.items()}, "parameters", problems)
+    return numbers, {name: formulas[name] for name in behind}, problems
 
 
 def whole(name: str) -> str:
@@ -217,40 +219,17 @@ def whole(name: str) -> str:
     return name.partition("[")[0]
 
 
-def ordered(formulas: dict[str, Formula], what: str, problems: list[Problem]) -> dict[str, Formula]:
-    """Each formula behind those that it uses; a cycle is a problem. what: the section."""
-    return {name: formulas[name] for name in order({name: f.used for name, f in formulas.items()}, what, problems)}
-
-
-def order(uses: Mapping[str, Set[str]], what: str, problems: list[Problem]) -> list[str]:
-    """The names, each behind those that it uses; a cycle is a problem. what: the section."""
-    found: list[str] = []
-    waiting = dict(uses)
-    while waiting:
-        ready = [name for name, used in waiting.items() if not used & waiting.keys()]
-        if not ready:
-            cycle = [name for name in waiting if _reaches(name, name, waiting)]
-            if cycle:
-                depend = "depends on itself" if len(cycle) == 1 else "depend on one another"
-                problems.append(Problem(what, f"{listed(cycle)} {depend} in a circle", f"give a number for {cycle[0]}"))
-            return found
-        for name in ready:
-            found.append(name)
-            del waiting[name]
-    return found
-
-
-def _reaches(start: str, end: str, uses: Mapping[str, Set[str]]) -> bool:
-    seen: set[str] = set()
-    left = [start]
-    while left:
-        for name in uses[left.pop()] & uses.keys():
-            if name == end:
-                return True
-            if name not in seen:
-                seen.add(name)
-                left.append(name)
-    return False
+def order(uses: Mapping[str, Set[str]], what: str, problems: list[Problem], instead: str = "a number") -> list[str]:
+    """The names, each behind those that it uses; a cycle is a problem. what: the section; instead: of a formula."""
+    try:
+        return [
+            *TopologicalSorter({name: [x for x in uses if x in used] for name, used in uses.items()}).static_order()
+        ]
+    except CycleError as error:
+        cycle = [name for name in uses if name in error.args[1]]
+        depend = "depends on itself" if len(cycle) == 1 else "depend on one another"
+        problems.append(Problem(what, f"{listed(cycle)} {depend} in a circle", f"give {instead} for {cycle[0]}"))
+        return []
 
 
 def not_finite(parameters: Parameters) -> list[Problem]:

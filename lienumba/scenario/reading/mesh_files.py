@@ -1,8 +1,9 @@
 """Meshes that shapes name by their files: read, and kept with the scenario."""
 
 from pathlib import Path
+from typing import Any
 
-from lienumba.errors import Problem, ScenarioError
+from lienumba.scenario.base.problems import each
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.meshes.files import read_mesh
 from lienumba.scenario.meshes.packing import packed_mesh
@@ -16,32 +17,30 @@ def with_meshes(raw: Keys, folder: Path) -> Keys:
     model = raw.get("model")
     if not isinstance(model, dict):
         return raw
-    changed = dict(model)
-    problems: list[Problem] = []
-    bodies = model.get("bodies")
-    places = [(f"model.{GROUND}", model, GROUND)] if GROUND in model else []
-    if isinstance(bodies, list) and any(isinstance(body, dict) and "shapes" in body for body in bodies):
-        changed["bodies"] = [dict(body) if isinstance(body, dict) else body for body in bodies]
-        named = [body for body in changed["bodies"] if isinstance(body, dict)]
-        places += [(f"model.bodies.{body.get('name')}.shapes", body, "shapes") for body in named]
-    for at, table, key in places:
-        items = table.get(key)
-        if not isinstance(items, list):
-            continue
-        found = []
-        for n, shape in enumerate(items):
-            try:
-                found.append(_read(f"{at}[{n}]", shape, folder) if isinstance(shape, dict) else shape)
-            except ScenarioError as error:
-                problems += error.problems
-        (changed if key == GROUND else table)[key] = found
-    if problems:
-        raise ScenarioError(*problems)
-    return {**raw, "model": changed}
+
+    def shapes(at: str, items: list[Any]) -> list[Any]:
+        return each(lambda n, shape: _read(f"{at}[{n}]", shape, folder), range(len(items)), items)
+
+    def with_shapes(body: Any) -> Any:
+        if not isinstance(body, dict) or not isinstance(body.get("shapes"), list):
+            return body
+        return {**body, "shapes": shapes(f"model.bodies.{body.get('name')}.shapes", body["shapes"])}
+
+    def read(key: str, value: Any) -> Any:
+        if key == GROUND and isinstance(value, list):
+            return shapes(f"model.{GROUND}", value)
+        return each(with_shapes, value) if key == "bodies" and isinstance(value, list) else value
+
+    return {**raw, "model": dict(zip(model, each(read, model, model.values()), strict=True))}
 
 
-def _read(at: str, shape: Keys, folder: Path) -> Keys:
-    if shape.get("type") != "mesh" or "file" not in shape or shape.get("data") is not None:
+def _read(at: str, shape: Any, folder: Path) -> Any:
+    if (
+        not isinstance(shape, dict)
+        or shape.get("type") != "mesh"
+        or "file" not in shape
+        or shape.get("data") is not None
+    ):
         return shape
     path = folder / str(shape["file"])
     with reading(at, shape["file"], path):

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.errors import BadValueError, Problem, ScenarioError, missing
+from lienumba.errors import BadValueError, ScenarioError, missing
 from lienumba.scenario.base.paths import INPUTS, RECORDING
+from lienumba.scenario.base.problems import each
 from lienumba.scenario.base.text_table import text_table, time_column
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.schema.tables import (
@@ -36,17 +37,12 @@ def with_tables(raw: Keys, folder: Path) -> Keys:
     tables = raw.get("tables")
     if not isinstance(tables, dict):
         return raw
-    problems: list[Problem] = []
-    read = {}
-    for name, table in tables.items():
-        try:
-            of_file = isinstance(table, dict) and "file" in table
-            read[name] = _single(f"tables.{name}", table, folder, TableFile) if of_file else table
-        except ScenarioError as error:
-            problems += error.problems
-    if problems:
-        raise ScenarioError(*problems)
-    return {**raw, "tables": read}
+
+    def read(name: str, table: Any) -> Any:
+        of_file = isinstance(table, dict) and "file" in table
+        return _single(f"tables.{name}", table, folder, TableFile) if of_file else table
+
+    return {**raw, "tables": dict(zip(tables, each(read, tables, tables.values()), strict=True))}
 
 
 def with_recordings(raw: Keys, folder: Path) -> Keys:
@@ -61,20 +57,17 @@ def _replaced(table: Keys, folder: Path) -> Keys:
     inputs = table.get(INPUTS)
     if not isinstance(inputs, dict):
         return table
-    problems: list[Problem] = []
-    read: Keys = {name: x for name, x in inputs.items() if name != RECORDING}
-    for name, x in inputs.items():
-        try:
-            if name == RECORDING:
-                for place, recording in _listed(x):
-                    _take_all(read, place, recording, folder)
-            elif isinstance(x, dict) and "file" in x:
-                read[name] = _single(f"{INPUTS}.{name}", x, folder, InputFile)
-        except ScenarioError as error:
-            problems += error.problems
-    if problems:
-        raise ScenarioError(*problems)
-    return {**table, INPUTS: read}
+    found: Keys = {name: x for name, x in inputs.items() if name != RECORDING}
+
+    def read(name: str, x: Any) -> None:
+        if name == RECORDING:
+            for place, recording in _listed(x):
+                _take_all(found, place, recording, folder)
+        elif isinstance(x, dict) and "file" in x:
+            found[name] = _single(f"{INPUTS}.{name}", x, folder, InputFile)
+
+    each(read, inputs, inputs.values())
+    return {**table, INPUTS: found}
 
 
 def _listed(recordings: object) -> Iterator[tuple[str, Keys]]:

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lienumba.errors import BadValueError, Problem, ScenarioError
+from lienumba.errors import BadValueError
+from lienumba.scenario.base.problems import each
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.schema.tables import reading
 from lienumba.store.form import current, scenario_tables
@@ -54,15 +55,7 @@ def _each(raw: Keys, changed: Callable[[Any], Keys]) -> Keys:
     noise = raw.get("noise")
     if not isinstance(noise, list):
         return raw
-    problems: list[Problem] = []
-    found = []
-    for item in noise:
-        try:
-            found.append(changed(item) if _is_table(item) else item)  # of others the schema tells
-        except ScenarioError as error:
-            problems += error.problems
-    if problems:
-        raise ScenarioError(*problems)
+    found = each(lambda item: changed(item) if _is_table(item) else item, noise)  # the schema refuses others
     return {**raw, "noise": found}
 
 
