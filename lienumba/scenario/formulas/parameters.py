@@ -221,10 +221,9 @@ def whole(name: str) -> str:
 
 def order(uses: Mapping[str, Set[str]], what: str, problems: list[Problem], instead: str = "a number") -> list[str]:
     """The names, each behind those that it uses; a cycle is a problem. what: the section; instead: of a formula."""
+    before = {name: [x for x in uses if x in used] for name, used in uses.items()}
     try:
-        return [
-            *TopologicalSorter({name: [x for x in uses if x in used] for name, used in uses.items()}).static_order()
-        ]
+        return [*TopologicalSorter(before).static_order()]
     except CycleError as error:
         cycle = [name for name in uses if name in error.args[1]]
         depend = "depends on itself" if len(cycle) == 1 else "depend on one another"

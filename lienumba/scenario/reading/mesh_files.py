@@ -35,12 +35,9 @@ def with_meshes(raw: Keys, folder: Path) -> Keys:
 
 
 def _read(at: str, shape: Any, folder: Path) -> Any:
-    if (
-        not isinstance(shape, dict)
-        or shape.get("type") != "mesh"
-        or "file" not in shape
-        or shape.get("data") is not None
-    ):
+    if not isinstance(shape, dict) or shape.get("type") != "mesh":
+        return shape
+    if "file" not in shape or shape.get("data") is not None:
         return shape
     path = folder / str(shape["file"])
     with reading(at, shape["file"], path):
