@@ -82,7 +82,7 @@ class Formula:
         return Formula(written, self.allowed.union(names), self.tables, self.condition)
 
     def _with(self, trees: Mapping[str, ast.expr]) -> str:
-        return ast.unparse(_Replacing(trees).visit(copy.deepcopy(self._tree)))
+        return ast.unparse(Replacing(trees).visit(copy.deepcopy(self._tree)))
 
     @property
     def plain(self) -> str:
@@ -194,7 +194,7 @@ def _counted(args: list[ast.expr]) -> ast.expr:
     return args[0] if len(args) == 1 else ast.BinOp(args[0], ast.Div(), args[1])
 
 
-class _Replacing(ast.NodeTransformer):
+class Replacing(ast.NodeTransformer):
     """Puts trees in the place of names of numbers; a function may have the same name."""
 
     def __init__(self, trees: Mapping[str, ast.expr]) -> None:

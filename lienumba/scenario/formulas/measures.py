@@ -13,7 +13,7 @@ from typing import Any
 
 from lienumba.keys.formulas import explained
 from lienumba.mechanics.mechanism.model import COUNT, FIRST, INTEGRAL, LARGEST, LAST, NONE, SMALLEST, Kept
-from lienumba.numerics.expressions import Formula
+from lienumba.numerics.expressions import Formula, Replacing
 from lienumba.numerics.functions import FUNCTIONS
 from lienumba.numerics.grammar import (
     CONSTANTS,
@@ -65,12 +65,12 @@ def measure(
         error = NotAFormulaError("is not a formula", 'write one such as "max(pointing.angle, t > 5)"')
         raise explained(text, error) from None
     found = _Parsing(parameters, names, events, others, end)
-    outer = found.visit(copy.deepcopy(tree))
+    written = found.visit(copy.deepcopy(tree))
     if not any(isinstance(node, ast.Call) and _reduces(node) for node in ast.walk(tree)):
         rule = "is no number of a whole run"
         raise ExpressionError(rule, f"write one of {listed(f'{name}(...)' for name in REDUCERS)} in it")
-    written = _Written()
-    check(written.visit(tree), Allowed(frozenset(written.names - FUNCTIONS.keys()), frozenset(), set(), None))
+    check(written, Allowed(frozenset(found.trees), frozenset(), set(), None))
+    outer = Replacing(found.trees).visit(written)
     if is_condition(outer):
         raise ExpressionError("is a condition, not a number", "write where(condition, 1, 0)")
     known = frozenset(name_of(n, what) for n in range(len(found.kept)) for what in (VALUE, WHEN))
@@ -82,32 +82,9 @@ def is_formula(text: str) -> bool:
     return "(" in text
 
 
-class _Written(ast.NodeTransformer):
-    """Makes names of reducers and of what has a name, as they are written."""
-
-    def __init__(self) -> None:
-        self.names: set[str] = set()
-
-    def visit_Call(self, node: ast.Call) -> ast.AST:
-        return self._named(ast.unparse(node)) if _reduces(node) else self.generic_visit(node)
-
-    def visit_Name(self, node: ast.Name) -> ast.AST:
-        return self._named(node.id)
-
-    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
-        return self._named(dotted(node)) if dotted(node) else self.generic_visit(node)
-
-    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
-        return self._named(dotted(node)) if dotted(node) else self.generic_visit(node)
-
-    def _named(self, name: str) -> ast.AST:
-        self.names.add(name)
-        return ast.Name(name)
-
-
 @dataclass
 class _Parsing(ast.NodeTransformer):
-    """Puts names of what is kept in the place of reducers."""
+    """Makes names of reducers and of what has a name, as they are written; trees: what these are, of what is kept."""
 
     parameters: Parameters
     names: frozenset[str]
@@ -116,11 +93,12 @@ class _Parsing(ast.NodeTransformer):
     end: float
     signals: list[Formula] = field(default_factory=list)
     kept: list[Kept] = field(default_factory=list)
+    trees: dict[str, ast.expr] = field(default_factory=dict)
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
         name = dotted(node.func)
         if _reduces(node):
-            return self._reduced(name, node)
+            return self._named(ast.unparse(node), self._reduced(name, node))
         if name in self.parameters.tables:
             raise ExpressionError(f"reads the table {name} outside of a reducer", f"write it inside: max({name}(...))")
         if name not in FUNCTIONS:
@@ -140,13 +118,17 @@ class _Parsing(ast.NodeTransformer):
     def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
         return self._outside(node) if dotted(node) else self.generic_visit(node)
 
+    def _named(self, name: str, tree: ast.expr) -> ast.expr:
+        self.trees[name] = tree
+        return ast.Name(name)
+
     def _outside(self, node: ast.expr) -> ast.expr:
         """A name outside of reducers: a parameter, which is as at the start."""
         name = dotted(node)
         if name in CONSTANTS:
             return node
         if name in self.parameters.numbers or name in self.parameters.formulas or name in self.parameters.inputs:
-            return self.keep(FIRST, node, None)
+            return self._named(name, self.keep(FIRST, node, None))
         if name == TIME:
             raise ExpressionError("has t outside of a reducer", "write final(t), when the run ends, or first_time(...)")
         if name in self.names:
