@@ -32,11 +32,10 @@ from lienumba.scenario.checks.reference_formulas import used
 from lienumba.scenario.checks.scenario import check_scenario
 from lienumba.scenario.formulas import dependent_inputs
 from lienumba.scenario.formulas.numbers import take
-from lienumba.scenario.formulas.parameter_units import units_of_parameter
 from lienumba.scenario.formulas.parameters import Parameters
+from lienumba.scenario.reading.datasets import read_start
 from lienumba.scenario.reading.loading import apply_overrides, load, name_unnamed, with_files
 from lienumba.scenario.reading.run_tables import read_run_tables
-from lienumba.scenario.reading.start_file import read_in
 from lienumba.scenario.schema import messages
 from lienumba.scenario.schema.scenario import ScenarioData, Tolerance
 from lienumba.scenario.schema.skeleton import broken
@@ -90,7 +89,7 @@ class Scenario:
         """The units of the number at a canonical path."""
         model = dict(self.data.model)
         kind, _, name = path.partition(".")
-        return units_of_parameter(name, self.parameters.places, model) if kind == "parameters" else units(path, model)
+        return self.parameters.units_of(name, model) if kind == "parameters" else units(path, model)
 
     def headline(self) -> str:
         """The size of the scenario in one line."""
@@ -262,7 +261,7 @@ def resolve(
     problems = apply_overrides(raw, changes)
     if not counted and isinstance(sweep := raw.get("sweep"), dict):
         sweep.setdefault("runs", 1)
-    raw = read_run_tables(read_in(with_files(raw, Path())))
+    raw = read_run_tables(read_start(with_files(raw, Path())))
     sets = any(event.get("action") == SET.name for event in tables(table_in(raw, "model").get("events")))
     written = copy.deepcopy(raw) if sets or "study" in raw else raw
     scenario = _resolved(raw, problems, file)

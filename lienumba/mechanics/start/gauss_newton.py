@@ -35,16 +35,8 @@ DAMPING = 0.1  # of a violation of 1
 SMALL = 1e-6  # of a violation: less is none to wait for where it is damped
 SLOW = 0.5  # an accepted state whose violation shrinks no faster than this has met rounding
 TAKEN_BACK = 8  # passes in which lent masses are
-KICKS = (
-    0.0,
-    0.2,
-    0.7,
-    1.5,
-    -0.7,
-    2.5,
-    -1.5,
-    3.1,
-)  # rad: where no way leads from the start, bodies start again turned and moved
+# rad: where no way leads from the start, bodies start again turned and moved.
+KICKS = (0.0, 0.2, 0.7, 1.5, -0.7, 2.5, -1.5, 3.1)
 OFTEN = 2  # times that such a way ends in the least violation known, to ALIKE of it: then there is none less
 ALIKE = 1e-3
 FLIPPED = 1.0  # the violation of what points the other way, where other starts may lead elsewhere
@@ -238,7 +230,6 @@ def _least_energy(
     bodies = poses.bodies(local, rates)
     number = {row: n for n, row in enumerate(rows)}
     holonomic = all(constraint.level == "position" for constraint in constraints.constraints_of(model))
-    columns: Entries = {}
     turning: Entries = {}
     moved: list[Any] = [0.0] * size  # of the light columns, where a pass begins
     passes = TAKEN_BACK if light else 1
@@ -253,9 +244,7 @@ def _least_energy(
             turning = poses.columns(roots, bodies, local, free)
         if n == 0 or not holonomic:
             C = {(number[i], c): x for (i, c), x in constraints.jacobian(model, now).items() if i in number}
-            before, columns = columns, poses.columns(C, bodies, local, free)
-            if n == 0 or not _same(before, columns):
-                solving = _least(columns, inverse, len(rows), size, turning)
+            solving = _least(poses.columns(C, bodies, local, free), inverse, len(rows), size, turning)
         change = solving([-growth[row] for row in rows], moved)
         if n < passes - 1:
             moved = [a + b if c in light else 0.0 for c, (a, b) in enumerate(zip(moved, change, strict=True))]
@@ -271,14 +260,6 @@ def _changed(rates: tuple[Rates, ...], change: Sequence[Number], free: frozenset
     return tuple(
         tuple(u + change[6 * i + c] if 6 * i + c in free else u for c, u in enumerate(own))
         for i, own in enumerate(rates)
-    )
-
-
-def _same(a: Entries, b: Entries) -> bool:
-    """Whether they are equal to the bit, in the same order."""
-    return list(a) == list(b) and all(
-        type(x) is type(y) and np.asarray(x).tobytes() == np.asarray(y).tobytes()
-        for x, y in zip(a.values(), b.values(), strict=True)
     )
 
 

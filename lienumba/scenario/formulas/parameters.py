@@ -23,6 +23,7 @@ from lienumba.numerics.grammar import CONSTANTS, ExpressionError
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import INPUTS, Tokens
 from lienumba.scenario.base.toml import Keys
+from lienumba.scenario.base.units import units
 from lienumba.scenario.formulas.measure_formula import MeasureFormula
 from lienumba.words import listed
 
@@ -120,6 +121,12 @@ class Parameters:
     def follows(self, formula: Formula) -> bool:
         """Whether a formula depends on what only a run decides: quantities, and what events set."""
         return bool(formula.used & self.quantities or (self.held and self.all_used(formula) & self.held))
+
+    def units_of(self, name: str, model: Keys) -> str:
+        """The units of the numbers for which a parameter, such as "kp" or "k[0]", stands, alone or times plain numbers;
+        "1" where none says, or they differ. model: of the scenario, checked."""
+        found = {units(paths.text_of(list(place)), model) for place, x in self.places.items() if x.is_multiple(name)}
+        return next(iter(found)) if len(found) == 1 else "1"
 
     def restore(self, model: Keys) -> None:
         """Put the texts of the formulas back into a model, in place."""

@@ -18,13 +18,12 @@ from lienumba.scenario.base.code import check_own, embedded
 from lienumba.scenario.base.paths import BESIDE, INPUTS, LISTS, START
 from lienumba.scenario.base.plain import plain, plain_value
 from lienumba.scenario.base.toml import Keys, table_in
+from lienumba.scenario.reading.datasets import with_reference, with_start
 from lienumba.scenario.reading.extends import extended, replaced_by, resolved
 from lienumba.scenario.reading.mesh_files import with_meshes
 from lienumba.scenario.reading.recordings import with_recordings, with_tables
-from lienumba.scenario.reading.reference_file import marked
 from lienumba.scenario.reading.run_tables import with_run_tables
-from lienumba.scenario.reading.sample_table import sampled
-from lienumba.scenario.reading.start_file import located
+from lienumba.scenario.reading.sample_table import with_samples
 from lienumba.scenario.reading.toml_text import parse_value, read_toml
 from lienumba.sweep.distributions.registry import follows_nominal
 from lienumba.words import printable, show, suggestion
@@ -59,7 +58,7 @@ def with_files(raw: Keys, folder: Path) -> Keys:
     """The scenario with what the files hold that it names: tables, recordings, meshes, the texts of functions, the mark
     of a reference, samples; of the start, where its file is."""
     raw = with_run_tables(with_recordings(with_meshes(with_tables(raw, folder), folder), folder), folder)
-    return located(sampled(marked(embedded(raw, folder), folder), folder), folder)
+    return with_start(with_samples(with_reference(embedded(raw, folder), folder), folder), folder)
 
 
 def _load(source: object, read: Callable[[Path], Keys]) -> Keys:

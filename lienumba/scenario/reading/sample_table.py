@@ -20,7 +20,7 @@ GROUPED = {".rotation": 4, ".target": 4, ".inertia": 6}  # what several columns 
 Columns = dict[str, list[float]]
 
 
-def sampled(raw: Keys, folder: Path) -> Keys:
+def with_samples(raw: Keys, folder: Path) -> Keys:
     """The scenario with the numbers of its table of samples in place of the file, whose path is relative to this
     folder; each column whose name is a path takes the place of what `vary` says of it."""
     sweep = raw.get("sweep")

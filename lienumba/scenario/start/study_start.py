@@ -7,7 +7,7 @@ import numpy as np
 
 from lienumba.errors import ScenarioError
 from lienumba.scenario.checks import reference_formulas
-from lienumba.scenario.reading import reference_file
+from lienumba.scenario.reading.datasets import read_reference
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Nominal, check_initial, design
 from lienumba.scenario.study_errors import STATE, Truth
@@ -47,7 +47,7 @@ def stated(scenario: Scenario, point: Point, labels: Sequence[int], samples: dic
     assert data.study is not None
     reference = data.study.reference
     if "file" in reference:
-        return reference_file.read(reference, [body.name for body in data.model.bodies], labels, own.times, samples)
+        return read_reference(reference, [body.name for body in data.model.bodies], labels, own.times, samples)
     if reference.keys() & set(STATE):
         return reference_formulas.truth(reference, own.parameters, samples, own.times)
     return None
