@@ -9,7 +9,10 @@ from lienumba.errors import ScenarioError
 from lienumba.importing.markup import LARGEST, markup
 from lienumba.importing.mjcf import mjcf
 from lienumba.importing.notes import Note
-from lienumba.importing.urdf.read import urdf
+from lienumba.importing.urdf.density import with_density
+from lienumba.importing.urdf.parse import parse
+from lienumba.importing.urdf.spec import Builder
+from lienumba.importing.urdf.tree import tree_of
 
 if TYPE_CHECKING:
     import mujoco
@@ -78,7 +81,10 @@ def read(path: str | Path, *, base: Literal["fixed", "free"] | None = None, dens
     found = markup(file)
     licence = _licence(found.head)
     if found.root.tag == "robot":
-        model, notes, massless = urdf(found.root, file, base, density)
+        robot, notes = parse(found.root, file)
+        if density is not None:
+            robot = with_density(robot, file, density, notes)
+        model, massless = Builder(tree_of(robot, file, base, notes), file, notes).build()
         return Loaded(model, notes, f"URDF {file.name}", licence, massless)
     if found.root.tag == "mujoco" and density is not None:
         raise ScenarioError.at("density", "is for URDF", "give densities of geoms in the MJCF file", density)

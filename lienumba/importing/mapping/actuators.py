@@ -80,13 +80,10 @@ class _Actuator:
         if trn != TENDON and m.jnt_type[target] in (BALL, FREE):
             self.draft.note("actuators of ball and free joints are left out", self.place)
             return
-        along = {target: 1.0}
-        if trn == TENDON:
-            sum_ = fixed(self.source, target)
-            if sum_ is None:
-                self.draft.note("actuators of tendons that wrap are left out", self.place)
-                return
-            along = sum_.coefficients
+        along = fixed(self.source, target) if trn == TENDON else {target: 1.0}
+        if along is None:
+            self.draft.note("actuators of tendons that wrap are left out", self.place)
+            return
         arms = {joint: float(self.gear[0]) * c for joint, c in along.items()}
         if len(arms) == 1:
             ((joint, arm),) = arms.items()

@@ -33,8 +33,8 @@ def looped(source: Source) -> set[int]:
             found.add(first)
         elif kind == TENDON:
             for tendon in (first, second):
-                if tendon >= 0 and (sum_ := fixed(source, tendon)):
-                    found |= set(sum_.coefficients)
+                if tendon >= 0 and (along := fixed(source, tendon)):
+                    found |= set(along)
     return found
 
 
@@ -55,7 +55,7 @@ def add_equalities(source: Source, draft: Draft, tree: Tree) -> None:
         elif kind == TENDON and all(fixed(source, t) for t in (m.eq_obj1id[e], m.eq_obj2id[e]) if t >= 0):
             first, second = (fixed(source, int(t)) if t >= 0 else None for t in (m.eq_obj1id[e], m.eq_obj2id[e]))
             assert first is not None
-            _tie(source, draft, tree, e, first.coefficients, {} if second is None else second.coefficients)
+            _tie(source, draft, tree, e, first, second or {})
         else:
             draft.note(OTHERWISE, place)
 

@@ -94,10 +94,9 @@ class Source:
         m = self.model
         masses = np.array([m.body_mass[b] for b in bodies])
         mass = float(masses.sum())
-        if mass == 0.0:
-            return Link(0.0, np.zeros(3), np.zeros((3, 3)))
         at = [self.in_link[b] @ Frame.of(m.body_ipos[b], m.body_iquat[b]) for b in bodies]
-        centre = sum((x * frame.p for x, frame in zip(masses, at, strict=True)), np.zeros(3)) / mass
+        weighed = sum((x * frame.p for x, frame in zip(masses, at, strict=True)), np.zeros(3))
+        centre = weighed / mass if mass else np.zeros(3)
         J = np.zeros((3, 3))
         for b, x, frame in zip(bodies, masses, at, strict=True):
             r = frame.p - centre

@@ -1,7 +1,5 @@
 """Tendons that are sums of coordinates of joints, or straight lines between two sites."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from lienumba.importing.mapping.draft import Draft
@@ -13,15 +11,8 @@ from lienumba.importing.mapping.tree import Tree
 JOINT, PULLEY, SITE = 1, 2, 3  # mjtWrap
 
 
-@dataclass(frozen=True)
-class Fixed:
-    """length = sum of coefficient * coordinate, by joints of MuJoCo."""
-
-    coefficients: dict[int, float]
-
-
-def fixed(source: Source, tendon: int) -> Fixed | None:
-    """A tendon as a sum of coordinates; None where it is something else."""
+def fixed(source: Source, tendon: int) -> dict[int, float] | None:
+    """The coefficients of a tendon whose length is a sum of coordinates, by joints of MuJoCo; None of any other."""
     m = source.model
     wraps = range(m.tendon_adr[tendon], m.tendon_adr[tendon] + m.tendon_num[tendon])
     if any(m.wrap_type[w] != JOINT for w in wraps):
@@ -30,7 +21,7 @@ def fixed(source: Source, tendon: int) -> Fixed | None:
     for w in wraps:
         joint = int(m.wrap_objid[w])
         found[joint] = found.get(joint, 0.0) + float(m.wrap_prm[w])
-    return Fixed({joint: c for joint, c in found.items() if c})
+    return {joint: c for joint, c in found.items() if c}
 
 
 def add_tendons(source: Source, draft: Draft, tree: Tree, readings: Readings) -> None:
@@ -50,8 +41,8 @@ def add_tendons(source: Source, draft: Draft, tree: Tree, readings: Readings) ->
         if not k and not d:
             continue
         low, high = map(float, m.tendon_lengthspring[tendon])
-        if sum_ := fixed(source, tendon):
-            _along_joints(source, draft, tree, readings, tendon, sum_, (k, d, low, high))
+        if (coefficients := fixed(source, tendon)) is not None:
+            _along_joints(source, draft, tree, readings, tendon, coefficients, (k, d, low, high))
         elif (ends := _sites(source, tendon)) and low == high:
             places = [tree.on(source, int(m.site_bodyid[s])) for s in ends]
             draft.force(
@@ -77,16 +68,16 @@ def _sites(source: Source, tendon: int) -> tuple[int, int] | None:
 
 
 def _along_joints(
-    source: Source, draft: Draft, tree: Tree, readings: Readings, tendon: int, sum_: Fixed,
+    source: Source, draft: Draft, tree: Tree, readings: Readings, tendon: int, coefficients: dict[int, float],
     spring: tuple[float, float, float, float],
 ) -> None:  # fmt: skip
     k, d, low, high = spring
     name = source.name("tendon", tendon)
-    length, speed = readings.lengths(sum_.coefficients), readings.rates(sum_.coefficients)
+    length, speed = readings.lengths(coefficients), readings.rates(coefficients)
     if low == high:
         slack = total([product(-k, f"({length})"), repr(neat(k * low)) if k * low else ""])
     else:  # nothing acts between the two lengths
         slack = f"{neat(k)!r}*(max({neat(low)!r} - ({length}), 0) - max(({length}) - {neat(high)!r}, 0))"
     force = readings.named(f"{name}_force", total([slack if k else "", product(-d, f"({speed})")]))
-    for joint, c in sum_.coefficients.items():
+    for joint, c in coefficients.items():
         draft.force(f"{name}_{tree.joints[joint]}", "actuator", joint=tree.joints[joint], value=product(c, force))

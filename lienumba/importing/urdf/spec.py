@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lienumba.groups import so3
+from lienumba.importing.mapping.source import Source
 from lienumba.importing.notes import Note
+from lienumba.importing.urdf.masses import check_masses
 from lienumba.importing.urdf.mimics import resolved
 from lienumba.importing.urdf.robot import Array, Inertial, Joint, Link, Pose
 from lienumba.importing.urdf.shapes import Shapes
@@ -22,10 +24,10 @@ LENT = 1.0  # mass and moments that a body has while MuJoCo compiles, where it w
 class Builder:
     """Makes the model of a tree."""
 
-    def __init__(self, tree: Tree, file: Path) -> None:
+    def __init__(self, tree: Tree, file: Path, notes: list[Note]) -> None:
         import mujoco
 
-        self.tree, self.file, self.notes = tree, file, list[Note]()
+        self.tree, self.file, self.notes = tree, file, notes
         self.spec = mujoco.MjSpec()
         self.spec.modelname = tree.robot.name or file.stem
         self.spec.compiler.degree = False
@@ -35,8 +37,9 @@ class Builder:
         self.inertias: dict[str, tuple[float, Array]] = {}  # mass and moments by name of body
         self.names: dict[str, str] = {}  # of bodies by link
 
-    def build(self) -> "mujoco.MjModel":
-        """The compiled model; as MuJoCo computes it, but for masses and moments that it refuses."""
+    def build(self) -> tuple["mujoco.MjModel", frozenset[str]]:
+        """The compiled model, as MuJoCo computes it, but for masses and moments that it refuses; and the bodies without
+        mass that move."""
         import mujoco
 
         root = self.tree.root
@@ -58,8 +61,12 @@ class Builder:
         for name, (mass, moments) in self.inertias.items():
             i = model.body(name).id
             model.body_mass[i], model.body_inertia[i] = mass, moments
+        none = np.zeros(0)
+        source = Source(model, model.qpos0, none, none, none)
+        bodies = {link: model.body(name).id for link, name in self.names.items()}
+        massless = check_masses(self.tree, source, bodies, self.file, self.notes)
         mujoco.mj_setConst(model, mujoco.MjData(model))
-        return model
+        return model, frozenset(self.names[link] for link in massless)
 
     def unused(self, name: str) -> str:
         """A name that no joint has."""
