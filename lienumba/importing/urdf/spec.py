@@ -10,10 +10,9 @@ from lienumba.groups import so3
 from lienumba.importing.mapping.source import Source
 from lienumba.importing.notes import Note
 from lienumba.importing.urdf.masses import check_masses
-from lienumba.importing.urdf.mimics import resolved
 from lienumba.importing.urdf.robot import Array, Inertial, Joint, Link, Pose
 from lienumba.importing.urdf.shapes import Shapes
-from lienumba.importing.urdf.tree import WORLD, Tree
+from lienumba.importing.urdf.tree import WORLD, Tree, mimics
 
 if TYPE_CHECKING:
     import mujoco
@@ -53,7 +52,7 @@ class Builder:
                 body.add_freejoint(name=self.unused("floating_base"))
         for joint in self.tree.joints:
             self.joint(joint)
-        for name, other, multiplier, offset in resolved(self.tree.robot, self.file):
+        for name, other, multiplier, offset in mimics(self.tree.robot, self.file):
             mimic = self.spec.add_equality(name=self.unused(f"{name}_mimic"), type=mujoco.mjtEq.mjEQ_JOINT)
             mimic.objtype, mimic.name1, mimic.name2 = mujoco.mjtObj.mjOBJ_JOINT, name, other
             mimic.data[:5] = offset, multiplier, 0.0, 0.0, 0.0

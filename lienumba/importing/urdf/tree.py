@@ -1,6 +1,7 @@
-"""The tree of a robot's links, and its base."""
+"""The tree of a robot's links, its base, and the joints that mimic others."""
 
 from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
@@ -91,3 +92,33 @@ def _based(tree: Tree, file: Path, base: Literal["fixed", "free"] | None, notes:
     notes.append(Note("left out, for a free base", (f'joint "{on_root[0].name}"',), lost=False))
     rest = [x for x in tree.joints if x is not on_root[0]]
     return replace(tree, root=on_root[0].child, joints=rest, placed=on_root[0].pose)
+
+
+def mimics(robot: Robot, file: Path) -> Iterator[tuple[str, str, float, float]]:
+    """(joint, the other, multiplier, offset): q = multiplier * q of the other + offset; the other has no mimic.
+
+    Where the other does not move, it is "" and q = offset.
+    """
+    for joint in robot.joints.values():
+        if joint.mimic is None:
+            continue
+        other, multiplier, offset = joint, 1.0, 0.0
+        passed = [joint.name]
+        while other.mimic is not None:
+            offset += multiplier * other.mimic.offset
+            multiplier *= other.mimic.multiplier
+            other = robot.joints[other.mimic.joint]
+            if other.name in passed:
+                raise ScenarioError.at(
+                    f'{file}, line {joint.line}: joint "{joint.name}"',
+                    "mimics itself" + "".join(f', by "{name}"' for name in passed[1:]),
+                    "leave out the <mimic> of one of them",
+                )
+            passed.append(other.name)
+        if not other.has_coordinate and other.type != "fixed":
+            rule = f'mimics "{other.name}", which is {other.type} and has no single coordinate'
+            raise ScenarioError.at(
+                f'{file}, line {joint.line}: joint "{joint.name}"', rule, "mimic a joint with one coordinate"
+            )
+        moves = other.type != "fixed" and multiplier != 0
+        yield joint.name, other.name if moves else "", multiplier if moves else 0.0, offset

@@ -7,6 +7,7 @@ itself. A number is a float, or an array (runs,) where the sweep varies it.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import floor
+from typing import NoReturn
 
 import numpy as np
 
@@ -37,6 +38,7 @@ from lienumba.scenario.schema.scenario import Body, ModelSection, StartSection, 
 from lienumba.scenario.start.code import check_derivatives, code_of, tried
 from lienumba.sweep.distributions.base import NUMBER
 from lienumba.sweep.noise import Courses, RecordedCourses
+from lienumba.words import listed
 
 SWITCHES = (RELEASE.name, ENGAGE.name)
 Sampled = Mapping[str, np.ndarray] | Mapping[str, float]
@@ -301,6 +303,27 @@ def unphysical(model: Model, start: Start, samples: Sampled, runs: int) -> np.nd
         for number in pose.rotation or ():
             bad |= ~np.isfinite(number)  # a quaternion or an axis of length 0
     return bad
+
+
+def refuse_invalid(scenario: Scenario, samples: Mapping[str, np.ndarray]) -> NoReturn:
+    """Raise a ScenarioError that names what makes every run of these samples invalid: an input alone, or all."""
+    runs = len(next(iter(samples.values())))
+    vary = scenario.data.sweep.vary
+    guilty = []
+    for path, kind in vary.items():
+        own = {name: samples[name] for name in kind.columns(path)}
+        if unphysical(*build(scenario, own), own, runs).all():
+            guilty.append(path)
+    shown = listed(f'"{path}"' for path in guilty or vary)
+    example = ", ".join(f"{name} = {values[0]:.6g}" for name, values in samples.items())
+    raise ScenarioError.at(
+        "sweep.vary",
+        (
+            f"no run is possible with {shown} varied: every sample has a mass, inertia, length, friction "
+            "or rotation that nothing has, or is no finite number"
+        ),
+        f"give values nearer to the nominal ones. The first run: {example}",
+    )
 
 
 def _at_rest(joint: JointType, known: Mapping[str, m.Number], places: Mapping[str, str]) -> dict[str, m.Number]:

@@ -35,12 +35,10 @@ from lienumba.scenario.checks.drivers import check_function
 from lienumba.scenario.checks.tables import check_samples
 from lienumba.scenario.checks.times import looked_at
 from lienumba.scenario.resolve import Scenario
-from lienumba.scenario.start.build import build, unphysical
-from lienumba.scenario.start.captures import problems_of_captures
+from lienumba.scenario.start.build import build, refuse_invalid, unphysical
 from lienumba.scenario.start.design import draw
-from lienumba.scenario.start.invalid import refuse_invalid
 from lienumba.scenario.start.resting import resting
-from lienumba.scenario.start.stops import begin_beyond, problems_of_stops
+from lienumba.scenario.start.stops import begin_beyond, problems_of_captures, problems_of_stops
 from lienumba.scenario.start.violations import NOT_FINITE, violations
 from lienumba.words import listed
 
@@ -328,7 +326,7 @@ def prepare(
         remedy = f"give fewer initial values, so that the joints can decide them. The first run: {why}"
         raise ScenarioError(Problem("sweep.vary", rule, remedy), *unmet[1:])
     states = np.where(np.isfinite(done.state), done.state, 0.0)
-    model = with_ways(done.model, tuple(tuple(body.T) for body in states.transpose(1, 0, 2)), nominal.model)
+    model = with_ways(done.model, _rows(states), nominal.model)
     states = states.reshape(runs, -1)
     if start.rotation is None:
         return Prepared(list(labels), samples, model, states, done.angles, codes, nominal)
