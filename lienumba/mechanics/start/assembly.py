@@ -122,11 +122,12 @@ def _assemble(model: Model, start: Start, runs: int) -> Assembly:
     model = _placed(model, start, poses, targets, bodies, final=True)
     model = map_numbers(joint_frames.with_numbers(model, bodies, angles), _plain)
     full = _with_given(model, given)
-    rows = _on_velocities(_conditions(full, len(model.drivers), given))
+    conditions = _conditions(full, len(model.drivers), given)
+    rows = _on_velocities(conditions)
     moving = moving_along(model, told, poses, along.ties, poses.bodies(local, poses.rates))
     lent = with_lent_masses(model, LENT)
     bodies = velocities(full, poses, local, lambda evenness: _inverse_mass(evened(lent, evenness)), rows, moving)
-    return _result(model, full, given, Instant(bodies, 0.0, angles), runs)
+    return _result(model, full, conditions, Instant(bodies, 0.0, angles), runs)
 
 
 @dataclass(frozen=True)
@@ -253,8 +254,7 @@ def _inverse_mass(model: Model) -> Entries:
     return entries
 
 
-def _result(model: Model, full: Model, given: list[Given], now: Instant, runs: int) -> Assembly:
-    conditions = _conditions(full, len(model.drivers), given)
+def _result(model: Model, full: Model, conditions: tuple[Condition, ...], now: Instant, runs: int) -> Assembly:
     on_velocities = _on_velocities(conditions)
     rates, _ = constraints.rate_and_bias(full, now)
     rates = [rate if row in on_velocities else 0.0 for row, rate in enumerate(rates)]

@@ -1,6 +1,6 @@
 """The times on which steps of a run must end, so that a method keeps its order: where something jumps."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import floor
 from typing import Any
@@ -46,9 +46,9 @@ def discontinuities(model: Model, end: float) -> list[Discontinuity]:
         lines += [(line, (0.0,)) for line in (formula.switches(state) if chooses else [])]
         for line, knots in lines:
             if knots and line.is_line(state | {name for name in numbers if name in formula.tables}):
-                found.append(Discontinuity(np.array(knots), *_line(line, numbers)))
+                found.append(Discontinuity(np.array(knots), *line_of(line, numbers)))
         for line in formula.wholes(state):
-            a, b = _line(line, numbers)
+            a, b = line_of(line, numbers)
             if (knots := _whole_numbers(a, b, end)).size:
                 found.append(Discontinuity(knots, a, b))
     intervals = {force.code.every for force in model.forces if force.code is not None and force.code.every is not None}
@@ -56,7 +56,7 @@ def discontinuities(model: Model, end: float) -> list[Discontinuity]:
     return found + [Discontinuity(times) for times in samples]
 
 
-def _line(line: Formula, numbers: dict[str, Any]) -> tuple[Any, Any]:
+def line_of(line: Formula, numbers: Mapping[str, Any]) -> tuple[Any, Any]:
     """a and b of a straight line a + b t."""
     with np.errstate(all="ignore"):
         x = lift(line(Jet(0.0, 1.0), **{name: numbers[name] for name in line.used & numbers.keys()}))

@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 
 from lienumba.errors import Problem
-from lienumba.mechanics.system.discontinuities import Discontinuity
+from lienumba.mechanics.system.discontinuities import Discontinuity, line_of
 from lienumba.numerics.expressions import Formula
-from lienumba.numerics.jets import Jet, lift
 from lienumba.scenario.formulas.parameters import TIME
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.design import draw
@@ -60,8 +59,7 @@ def _comes(formula: Formula, scenario: Scenario, samples: Mapping[str, Any]) -> 
     runs = max([1, *(np.size(x) for x in numbers.values())])
     knots = [np.zeros((runs, 1)), np.full((runs, 1), end)]
     for line in formula.switches(state):
-        x = lift(line(Jet(0.0, 1.0), **{name: numbers[name] for name in line.used & numbers.keys()}))
-        knots.append(Discontinuity(np.zeros(1), x.a, x.b).times(runs))
+        knots.append(Discontinuity(np.zeros(1), *line_of(line, numbers)).times(runs))
     times = np.concatenate(knots, axis=1)
     times = np.sort(np.where(np.isfinite(times) & (times > 0.0), times, 0.0), axis=1)
     behind = np.append(times[:, 1:], 2.0 * times[:, -1:], axis=1)
