@@ -55,7 +55,7 @@ INSIDE = {  # the floors of rooms, lowest first
         {"resolve", "after_sets", "study_points", "study_names"}, {"start"}, {"html_repr", "system"},
     ],
     "importing": [
-        {"notes"}, {"base", "markup", "mujoco_words"}, {"mjcf", "urdf"}, {"imported", "reading"}, {"mapping"},
+        {"notes"}, {"base", "imported", "markup", "mujoco_words"}, {"mapping"}, {"mjcf", "urdf"}, {"reading"},
     ],
     "engine": [
         {"chunk_sizes", "compare_runs", "cores", "fields", "part", "progress", "requirements", "select_run"},
