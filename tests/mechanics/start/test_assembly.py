@@ -190,8 +190,8 @@ def test_what_fits_nowhere_is_not_sought_for_long(monkeypatch):
         ],
         "drivers": [{"name": "tilt", "motion": "orientation", "body": "b3", "value": [0.4, 0, 0]}],
     }
-    steps, least = [], gauss_newton.least
-    monkeypatch.setattr(gauss_newton, "least", lambda *given: steps.append(1) or least(*given))
+    steps, least = [], gauss_newton.Least
+    monkeypatch.setattr(gauss_newton, "Least", lambda *given: steps.append(1) or least(*given))
     integrator = {"method": "rk4", "step": 1e-3, "end_time": 0.1}
     with pytest.raises(ScenarioError, match="prescribes another position at t = 0"):
         prepare.check_initial(resolve({"model": chain, "integrator": integrator}))
