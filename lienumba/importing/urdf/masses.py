@@ -58,12 +58,13 @@ def check_masses(tree: Tree, source: Source, bodies: dict[str, int], file: Path,
     for body in source.links:
         welded = [name for name, other in bodies.items() if source.link_of(other) == body != other]
         _check_inertia(f"{file}, line {links[names[body]].line}", names[body], source.composites[body], welded, notes)
-    counted = Counter(source.link_of(bodies[name]) for name, link in links.items() if link.inertial is not None)
-    for name, link in links.items():
-        head = source.link_of(bodies[name])
-        if link.inertial is None or not head or counted[head] == 1:
+    heads = {name: source.link_of(body) for name, body in bodies.items() if links[name].inertial is not None}
+    counted = Counter(heads.values())
+    for name, head in heads.items():
+        inertial = links[name].inertial
+        if inertial is None or not head or counted[head] == 1:
             continue
-        moments = _moments(link.inertial.tensor)
+        moments = _moments(inertial.tensor)
         if moments[0] < -MOMENTS_RTOL * abs(moments).max() or _too_long(moments):
             what = f"{BROKEN} {_three(moments)}: counted with what it is welded to"
             notes.append(Note(what, (f'link "{name}"',), lost=False))
