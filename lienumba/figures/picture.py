@@ -11,10 +11,11 @@ import numpy as np
 
 from lienumba.figures.canvas import COLORS, empty, lines
 from lienumba.figures.playing import Film, played
-from lienumba.figures.shapes import Shapes, box, hiding, normals, shades
+from lienumba.figures.shapes import Shapes, clipped, hiding, normals, shades
 from lienumba.mechanics.elements.joints.base import AXIS
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.scene import MovingRun, Scene
+from lienumba.scene.scene import window
 from lienumba.scene.solids import SHAPES
 from lienumba.scene.switching import CLOSED, LOCKED, LOOKS, OPEN, STICKING
 
@@ -48,14 +49,15 @@ class Picture:
     def __init__(self, scene: Scene, film: Film, title: str = "", dpi: float = 100.0) -> None:
         self.film, self.scene = film, scene
         self.runs = [played(run, film.times) for run in scene.runs]
-        self.low, self.high = _room(self.runs)
+        self.low, self.high = _room(scene, self.runs)
+        self.edges = self.high[0] - self.low[0]
         self.figure = empty(WIDTH, HEIGHT, layout=None, dpi=dpi)
         self.axes: Any = self.figure.add_axes(
             (-0.03, 0.0, 1.0, 0.93), projection="3d", computed_zorder=False, proj_type="ortho"
         )
         self._furnish(title)
         self.hiding = [hiding(run) for run in self.runs]
-        self.shapes = [Shapes(run, float((self.high - self.low).max()), n == 0) for n, run in enumerate(self.runs)]
+        self.shapes = [Shapes(run, float(self.edges.max()), n == 0) for n, run in enumerate(self.runs)]
         self._draw()
         self._name()
         self.show(len(film.times) - 1)
@@ -63,33 +65,47 @@ class Picture:
     def show(self, frame: int) -> None:
         """Turn to a frame."""
         time = self.film.times[frame]
+        for name, low, high in zip("xyz", self.low[frame], self.high[frame], strict=True):
+            getattr(self.axes, f"set_{name}lim")(low, high)
         corners = np.concatenate([shape.at(frame) for shape in self.shapes])
         outward = normals(corners)
         seen = outward @ self.towards > 0.0
-        self.solids.set_verts(corners[seen])
+        if self.scene.followed:
+            parts = clipped(corners, self.low[frame], self.high[frame])
+            seen &= [len(part) > 0 for part in parts]
+            self.solids.set_verts([part for part, shown in zip(parts, seen, strict=True) if shown])
+        else:
+            self.solids.set_verts(corners[seen])
         colors = np.hstack([self.colors[seen] * shades(outward[seen])[:, None], self.opacity[seen]])
         self.solids.set_facecolor(colors)
         self.solids.set_edgecolor(colors)
         for run, source, paths in zip(self.runs, self.scene.runs, self.paths, strict=True):
             passed = int(source.times.searchsorted(time, side="right"))
             for body, path in paths.items():
-                path.set_data_3d(*np.vstack([source.positions[:passed, body], run.positions[frame, body]]).T)
-        self.lines.set_segments([ends[frame] for ends in self.segments])
+                points = np.vstack([source.positions[:passed, body], run.positions[frame, body]])
+                path.set_data_3d(*self._in_view(points, frame).T)
+        self.lines.set_segments([self._in_view(ends[frame], frame) for ends in self.segments])
         for artist, points in self.marks:
-            artist.set_data_3d(*points[frame].T)
+            artist.set_data_3d(*self._in_view(points[frame], frame).T)
         speed = f"  ({self.film.speed:.3g} × real time)" if abs(self.film.speed - 1.0) > 1e-3 else ""
         hits = "".join(f"  {name}: impact" for name in self.hits[frame])
         self.clock.set_text(f"t = {time:.{_digits(self.film)}f} s{speed}{hits}")
+
+    def _in_view(self, points: np.ndarray, frame: int) -> np.ndarray:
+        """Points (n, 3), those outside a view that travels NaN."""
+        if not self.scene.followed:
+            return points
+        outside = ((points < self.low[frame]) | (points > self.high[frame])).any(axis=-1)
+        return np.where(outside[:, None], np.nan, points)
 
     def _furnish(self, title: str) -> None:
         """Axes in true proportions, and words."""
         from matplotlib.ticker import MaxNLocator
 
-        edges, middle = self.high - self.low, 0.5 * (self.low + self.high)
-        of = "from the mass centre " if self.scene.followed else ""
+        edges, middle = self.edges, 0.5 * (self.low[0] + self.high[0])
         for n, name in enumerate("xyz"):
-            getattr(self.axes, f"set_{name}lim")(self.low[n], self.high[n])
-            getattr(self.axes, f"set_{name}label")(f"{name} {of}(m)", fontsize="small")
+            getattr(self.axes, f"set_{name}lim")(self.low[0, n], self.high[0, n])
+            getattr(self.axes, f"set_{name}label")(f"{name} (m)", fontsize="small")
             axis = getattr(self.axes, f"{name}axis")
             if edges[n] > THIN * edges.max():
                 axis.set_major_locator(MaxNLocator(nbins=max(2, round(5 * edges[n] / edges.max()))))
@@ -115,7 +131,7 @@ class Picture:
 
         self.axes.set_box_aspect(edges, zoom=1.0)
         self.axes.apply_aspect()
-        corners = np.array([[x, y, z] for x, y, z in product(*zip(self.low, self.high, strict=True))])
+        corners = np.array([[x, y, z] for x, y, z in product(*zip(self.low[0], self.high[0], strict=True))])
         x, y, _ = proj_transform(*corners.T, self.axes.get_proj())
         seen = self.figure.transFigure.inverted().transform(self.axes.transData.transform(np.column_stack([x, y])))
         self.axes.set_box_aspect(edges, zoom=float(min(FILLED / np.ptp(seen, axis=0))))
@@ -215,12 +231,17 @@ class Picture:
             )
 
 
-def _room(runs: Sequence[MovingRun]) -> tuple[np.ndarray, np.ndarray]:
-    """The box in which the runs move that reached their end, in no direction so thin that nothing could be read."""
-    boxes = [box(run) for run in runs if run.good] or [box(run) for run in runs]
-    low, high = np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
-    missing = np.maximum(SHORTEST_EDGE * (high - low).max() - (high - low), 0.0)
-    return low - 0.5 * missing, high + 0.5 * missing
+def _room(scene: Scene, runs: Sequence[MovingRun]) -> tuple[np.ndarray, np.ndarray]:
+    """Opposite corners (frames, 3) of the view: those of a cube that travels with the runs, or of the box in which they
+    move, in no direction so thin that nothing could be read."""
+    if scene.followed:
+        middle, half = window(runs)
+        return middle - half, middle + half
+    edges = scene.high - scene.low
+    missing = np.maximum(SHORTEST_EDGE * edges.max() - edges, 0.0)
+    ends = scene.low - 0.5 * missing, scene.high + 0.5 * missing
+    frames = len(runs[0].times)
+    return np.tile(ends[0], (frames, 1)), np.tile(ends[1], (frames, 1))
 
 
 def _view(edges: np.ndarray) -> tuple[float, float]:

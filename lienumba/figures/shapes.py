@@ -70,17 +70,6 @@ class Shapes:
         return np.concatenate(found)
 
 
-def box(run: MovingRun) -> tuple[np.ndarray, np.ndarray]:
-    """The corners (3,) of the box in which the bodies and joints of a run move."""
-    points = [run.at([mark.place for mark in run.mechanism.marks]).reshape(-1, 3), run.mechanism.ground.vertices]
-    for n, solid in enumerate(run.mechanism.solids):
-        points.append(
-            (solid.vertices @ np.swapaxes(run.rotations[:, n], 1, 2) + run.positions[:, n, None]).reshape(-1, 3)
-        )
-    every = np.concatenate(points)
-    return every.min(axis=0), every.max(axis=0)
-
-
 def hiding(run: MovingRun) -> set[int]:
     """The bodies inside which, at the start, most of another one lies, as far as boxes around them tell."""
     found = set()
@@ -107,6 +96,28 @@ def shades(normals: np.ndarray) -> np.ndarray:
     """How much light falls on what has these normals (n, 3), from DARKEST to 1."""
     found: np.ndarray = DARKEST + (1.0 - DARKEST) * np.clip(normals @ np.array(LIGHT), 0.0, 1.0)
     return found
+
+
+def clipped(corners: np.ndarray, low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:
+    """The parts of plane polygons (n, 4, 3) in a box, one for each, without corners where nothing is left."""
+    found = list(corners)
+    for n in np.flatnonzero(((corners < low) | (corners > high)).any(axis=(1, 2))):
+        for axis in range(3):
+            found[n] = _half(found[n], high[axis] - found[n][:, axis])
+            found[n] = _half(found[n], found[n][:, axis] - low[axis])
+    return found
+
+
+def _half(polygon: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """The part of a polygon where a linear function, of which these are the values at its corners, is not negative."""
+    kept = []
+    for n, (here, value) in enumerate(zip(polygon, inside, strict=True)):
+        before, last = polygon[n - 1], inside[n - 1]
+        if (value < 0.0) != (last < 0.0):
+            kept.append(before + last / (last - value) * (here - before))
+        if value >= 0.0:
+            kept.append(here)
+    return np.reshape(kept, (-1, 3))
 
 
 def _polyhedron(body: int, solid: Solid) -> Polyhedron:

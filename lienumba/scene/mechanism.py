@@ -10,7 +10,6 @@ import numpy as np
 from lienumba.groups import so3
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.joints.base import AXIS, RAIL, ROD
-from lienumba.mechanics.elements.joints.python import PythonJoint
 from lienumba.mechanics.elements.locks import lockable
 from lienumba.mechanics.mechanism.massless import is_massless
 from lienumba.mechanics.mechanism.model import GROUND, Contact, Joint, Vec3
@@ -59,15 +58,14 @@ class Mark:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """bodies: names, in the order of `masses` (kg) and `solids`; free: whether nothing holds it anywhere; ground: what
-    stands still, in the global frame; switched: where one sees a switched constraint, by what it is and its name."""
+    """bodies: names, in the order of `masses` (kg) and `solids`; ground: what stands still, in the global frame;
+    switched: where one sees a switched constraint, by what it is and its name."""
 
     bodies: tuple[str, ...]
     masses: tuple[float, ...]
     solids: tuple[Solid, ...]
     segments: tuple[Segment, ...]
     marks: tuple[Mark, ...]
-    free: bool
     ground: Solid
     switched: Mapping[tuple[str, str], Place] = field(default_factory=dict)
 
@@ -118,7 +116,6 @@ def mechanism(
             *(line for contact in model.contacts for line in _touching(contact, size)),
         ),
         tuple(mark for mark in marks if mark.place.body not in clad),
-        _free(scenario) and not ground.faces,
         ground,
         dict(_switched(scenario, joints, model.contacts)),
     )
@@ -143,15 +140,6 @@ def _switched(
         held = str(getattr(force, "joint", ""))
         if held in places:
             yield (switches.FRICTION, force.name), places[held]
-
-
-def _free(scenario: Scenario) -> bool:
-    """No joint or driver has to do with the ground, as far as is known of code of the user's own."""
-    model = scenario.data.model
-    ends = [end for joint in model.joints for end in getattr(joint, "bodies", ())]
-    return (
-        not model.drivers and "ground" not in ends and not any(isinstance(joint, PythonJoint) for joint in model.joints)
-    )
 
 
 def _is_bare(joint: Joint, shaped: set[int]) -> bool:

@@ -18,7 +18,7 @@ from lienumba.groups import se3
 from lienumba.scenario.resolve import resolve
 from lienumba.scene.mechanism import mechanism
 from lienumba.scene.runs import NOMINAL, ShownRun, has_bodies, usual
-from lienumba.scene.scene import MovingRun, Scene, box
+from lienumba.scene.scene import MovingRun, Scene, box, framed
 from lienumba.store.files import reading
 from lienumba.store.linear_layout import MODES, has_shapes, is_modes
 from lienumba.sweep.design import NOMINAL_RUN
@@ -114,8 +114,8 @@ def _seen(ds: xr.Dataset, where: str, modes: int | range, run: int | None) -> Sc
     at += f", the first of {ds.sizes['time']} times" if ds.sizes["time"] > 1 else ""
     sizes = {f"by at most {distance:.3g} m and {degrees(turn):.3g}°" for _, distance, turn in moving}
     told = sizes.pop() if len(sizes) == 1 else "as far as is well seen"
-    runs = tuple(x for x, _, _ in moving)
-    return Scene(runs, *box(runs), False, (f"{at}, moving {told}: the size of a mode is chosen for the eye",), True)
+    remark = f"{at}, moving {told}: the size of a mode is chosen for the eye"
+    return framed([x for x, _, _ in moving], [remark], cycles=True)
 
 
 def _moving(own: xr.Dataset, rest: MovingRun) -> tuple[MovingRun, float, float]:

@@ -1,7 +1,7 @@
 """Some runs of a dataset in motion, for whoever draws them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -12,11 +12,12 @@ from lienumba.batch.statuses import GOOD
 from lienumba.engine.compare_runs import of_run
 from lienumba.engine.replay import again, scenario_of
 from lienumba.errors import ScenarioError
+from lienumba.mechanics.elements.joints.base import ROD
 from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.scenario.resolve import Scenario
 from lienumba.scene.mechanism import Mechanism, Place, mechanism
 from lienumba.scene.runs import NOMINAL, POSE, ShownRun, has_bodies, shown_runs
-from lienumba.scene.solids import SHAPES
+from lienumba.scene.solids import Solid
 from lienumba.scene.switching import Switching, switching
 from lienumba.store.form import check_form
 from lienumba.store.study_layout import is_study
@@ -26,7 +27,9 @@ if TYPE_CHECKING:
 
 TURN = 2.0  # rad between two stored times, beyond which nobody can tell how a body got from one to the other
 SHEARED = 0.01  # by how much a volume may change where bodies turn
-FAR = 5.0  # of its own size: a free mechanism that travels farther is followed
+FAR = 12.0  # of its own size: in a box this large a mechanism is too small to see, and the view travels with it
+ROOM = 3.0  # how large the view that travels is, of the same size
+MOST_CORNERS = 48  # of a solid, beyond which those of its box stand for it
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,7 @@ class Scene:
     low, high : numpy.ndarray
         (3,) in m, global frame: the box in which all that reached their end move.
     followed : bool
-        Whether positions are relative to the mass centre of the mechanism, which travels far.
+        Whether the view travels with the mechanism (see `window`), which is small in the box in which it moves.
     remarks : tuple of str
         Sentences on runs that were simulated again and came out otherwise, or on how modes are drawn.
     cycles : bool
@@ -174,12 +177,15 @@ def scene(
     if not found:
         raise ScenarioError(f"{where}: no run has moved, so there is nothing to see; lienumba info says why")
     told = [_moving(ds, where, scenario, choice, allow_code, tell) for choice in found]
-    moving = [run for run, _ in told]
-    followed = all(map(_travels, moving))
-    if followed:
-        moving = [_followed(run) for run in moving]
-    shown = [run for run in moving if run.good] or moving
-    return Scene(tuple(moving), *box(shown), followed, tuple(remark for _, remark in told if remark))
+    return framed([run for run, _ in told], [remark for _, remark in told if remark])
+
+
+def framed(runs: Sequence[MovingRun], remarks: Sequence[str], cycles: bool = False) -> Scene:
+    """These runs with the box in which all that reached their end move, and how one looks at them."""
+    shown = [run for run in runs if run.good] or runs
+    low, high = box(shown)
+    followed = float((high - low).max()) > FAR * 2.0 * max(map(reach, shown))
+    return Scene(tuple(runs), low, high, followed, tuple(remarks), cycles)
 
 
 def _moving(
@@ -237,25 +243,40 @@ def _coarse(there: "xr.Dataset") -> bool:
     return bool(np.nanmax(np.diff(there["time"].values) * np.fmax(speed[:-1], speed[1:]), initial=0.0) > TURN)
 
 
-def _travels(run: MovingRun) -> bool:
-    """Whether the mass centre of a mechanism that nothing holds leaves the place of the start."""
-    path = _centre(run)
-    return run.mechanism.free and bool(abs(path - path[0]).max() > FAR * _size(run))
+def centre(run: MovingRun) -> np.ndarray:
+    """The mass centre of the mechanism (T, 3) in m."""
+    return np.average(run.positions, axis=1, weights=run.mechanism.masses)
 
 
-def _centre(run: MovingRun) -> np.ndarray:
-    """The mass centre of the mechanism (T, 1, 3)."""
-    return np.average(run.positions, axis=1, weights=run.mechanism.masses)[:, None]
+def reach(run: MovingRun) -> float:
+    """The largest distance (m) of anything that moves from the mass centre of the mechanism."""
+    middle = centre(run)[:, None]
+    radii = np.array([solid.radius for solid in run.mechanism.solids])
+    places = [mark.place for mark in run.mechanism.marks if mark.place.body != GROUND]
+    places += [end for line in run.mechanism.segments if line.kind == ROD for end in line.ends]
+    bodies = np.linalg.norm(run.positions - middle, axis=-1) + radii
+    joints = np.linalg.norm(run.at(places) - middle, axis=-1)
+    return float(max(bodies.max(), joints.max(initial=0.0)))
 
 
-def _size(run: MovingRun) -> float:
-    """The extent of the mechanism at the start in m."""
-    low, high = box([replace(run, positions=run.positions[:1])])
-    return float((high - low).max())
+def window(runs: Sequence[MovingRun]) -> tuple[np.ndarray, float]:
+    """The cube that travels with runs, all at the same times.
 
+    Parameters
+    ----------
+    runs : sequence of MovingRun
+        Runs in motion.
 
-def _followed(run: MovingRun) -> MovingRun:
-    return replace(run, positions=run.positions - _centre(run))
+    Returns
+    -------
+    middle : numpy.ndarray
+        (T, 3) in m, global frame: halfway between the mass centres of the runs.
+    half : float
+        Half its edge in m.
+    """
+    paths = np.stack([centre(run) for run in runs])
+    middle = 0.5 * (paths.min(axis=0) + paths.max(axis=0))
+    return middle, float(abs(paths - middle).max()) + ROOM * max(map(reach, runs))
 
 
 def box(runs: Sequence[MovingRun]) -> tuple[np.ndarray, np.ndarray]:
@@ -273,19 +294,19 @@ def box(runs: Sequence[MovingRun]) -> tuple[np.ndarray, np.ndarray]:
     """
     low, high = [], []
     for run in runs:
-        solids = run.mechanism.solids
-        radii = np.array([0.0 if solid.kind == SHAPES else solid.radius for solid in solids])[:, None]
-        ground = [mark.place.point for mark in run.mechanism.marks if mark.place.body == GROUND]
-        corners = [
-            Place(n, (x, y, z))
-            for n, solid in enumerate(solids)
-            if solid.kind == SHAPES
-            for x, y, z in product(*zip(solid.vertices.min(axis=0), solid.vertices.max(axis=0), strict=True))
-        ]
-        reached = run.at(corners).reshape(-1, 3)
-        points = np.concatenate(
-            [np.reshape(ground, (-1, 3)), run.mechanism.ground.vertices, reached[np.isfinite(reached).all(axis=1)]]
-        )
-        low += [(run.positions - radii).min(axis=(0, 1)), points.min(axis=0, initial=np.inf)]
-        high += [(run.positions + radii).max(axis=(0, 1)), points.max(axis=0, initial=-np.inf)]
+        parts = [run.mechanism.ground.vertices, run.at([mark.place for mark in run.mechanism.marks])]
+        for n, solid in enumerate(run.mechanism.solids):
+            r, R = run.positions[:, n, None], run.rotations[:, n]
+            parts += [r, r + _corners(solid) @ np.swapaxes(R, 1, 2)]
+        points = np.concatenate([part.reshape(-1, 3) for part in parts])
+        points = points[np.isfinite(points).all(axis=1)]
+        low.append(points.min(axis=0))
+        high.append(points.max(axis=0))
     return np.min(low, axis=0), np.max(high, axis=0)
+
+
+def _corners(solid: Solid) -> np.ndarray:
+    """Points (n, 3) that enclose a solid, in the frame of its body."""
+    if len(solid.vertices) <= MOST_CORNERS:
+        return solid.vertices
+    return np.array([*product(*zip(solid.vertices.min(axis=0), solid.vertices.max(axis=0), strict=True))])

@@ -13,18 +13,20 @@ from typer.testing import CliRunner
 
 import lienumba
 from lienumba.groups import so3
-from lienumba.scene import scene
+from lienumba.scenario.reading.loading import load
+from lienumba.scene import box, scene
 from lienumba.scene.solids import equivalent
 from lienumba.store.outputs import write
 from tests.facade import app
 from tests.rigs.changing import changing
+from tests.rigs.places import SCENARIOS
 from tests.rigs.studies import VARIED, top
 
 pytest.importorskip("matplotlib")
 from lienumba.figures import movies
 from lienumba.figures.picture import Picture
 from lienumba.figures.playing import film, played
-from lienumba.figures.shapes import Shapes, box, hiding, normals
+from lienumba.figures.shapes import Shapes, clipped, hiding, normals
 
 
 @pytest.fixture(scope="module")
@@ -84,10 +86,36 @@ def test_the_faces_look_outwards_and_move_with_the_body(ds):
     np.testing.assert_allclose(own, Shapes(run, 1.0).parts[0].vertices[np.array(shapes.parts[0].faces)], atol=1e-14)
     bar = corners[len(solid) :].reshape(-1, 3)  # to the pivot
     assert np.linalg.norm(bar, axis=1).min() < 0.02
-    low, high = box(run)
+    low, high = box([run])
     every = np.concatenate([shapes.at(frame)[: len(solid)].reshape(-1, 3) for frame in range(len(run.times))])
     assert (low <= every.min(axis=0)).all()
     assert (every.max(axis=0) <= high).all()
+
+
+def test_polygons_are_cut_at_a_box():
+    low, high = np.array([-1.0, -3.0, -1.0]), np.array([2.0, 1.0, 1.0])
+    floor = np.array([[-5.0, -5.0, 0.0], [5.0, -5.0, 0.0], [5.0, 5.0, 0.0], [-5.0, 5.0, 0.0]])
+    inside, across, outside = clipped(np.stack([0.1 * floor, floor, floor + [0.0, 0.0, 4.0]]), low, high)
+    assert (inside == 0.1 * floor).all()
+    x, y, _ = across.T
+    assert 0.5 * abs(x @ np.roll(y, 1) - y @ np.roll(x, 1)) == pytest.approx(12.0)  # 3 m by 4 m
+    assert len(outside) == 0
+
+
+def test_a_picture_travels_with_a_body_over_the_ground():
+    data = load(SCENARIOS / "thruster.toml")
+    data["model"]["bodies"][0] |= {"velocity": [60.0, 5.0, 0.0]}
+    data["model"]["ground_shapes"] = [{"type": "box", "size": [900.0, 900.0, 0.1]}]
+    data["sweep"] = {"runs": 1}
+    shown = scene(lienumba.run(data))
+    picture = Picture(shown, film(shown.runs, 20, 4.0))
+    for frame in (0, 31, 80):
+        picture.show(frame)
+        limits = np.array([picture.axes.get_xlim(), picture.axes.get_ylim(), picture.axes.get_zlim()])
+        corners = picture.shapes[0].at(frame)[np.array(picture.shapes[0].body) == 0]
+        assert (limits[:, 0] <= corners).all()
+        assert (corners <= limits[:, 1]).all()
+        assert np.ptp(corners.reshape(-1, 3), axis=0).max() >= 0.15 * np.ptp(limits, axis=1).max()
 
 
 def test_what_encloses_another_body_hides_it(ds):

@@ -12,6 +12,7 @@ from lienumba.scenario.reading.loading import load
 from lienumba.scenario.start.build import geometry
 from lienumba.scene import MovingRun, Scene, scene
 from lienumba.scene.mechanism import AXIS, ROD, Segment
+from lienumba.scene.scene import window
 from tests.rigs.places import SCENARIOS
 from tests.rigs.sweeps import loop, top
 from tests.scene.gallery import gallery
@@ -165,14 +166,22 @@ def test_code_is_asked_for_only_where_it_must_run():
         scene(ds.isel(time=slice(1, None)))
 
 
-def test_a_mechanism_that_flies_away_is_followed():
+def test_the_view_travels_with_what_would_be_too_small():
     data = load(SCENARIOS / "thruster.toml")
     data["model"]["bodies"][0] |= {"position": [0.0, 0.0, 0.0], "velocity": [500.0, 0.0, 0.0]}
     data["sweep"]["runs"] = 3
-    shown = scene(lienumba.run(data), count=2)
+    ds = lienumba.run(data)
+    shown = scene(ds, count=2)
     assert shown.followed
-    assert (shown.high - shown.low < 5.0).all()
-    assert not scene(gallery("rolling_disc")).followed  # held by code
+    assert (shown.runs[0].positions == ds["position"].sel(run=shown.runs[0].run).values).all()
+    for runs in (shown.runs[:1], shown.runs):
+        middle, half = window(runs)
+        for run in runs:
+            (solid,) = run.mechanism.solids
+            corners = run.positions + solid.vertices @ np.swapaxes(run.rotations[:, 0], 1, 2)
+            assert (abs(corners - middle[:, None]) <= half).all()
+            assert (np.ptp(corners, axis=1).max(axis=1) >= 0.25 * half).all()
+    assert not scene(gallery("rolling_disc")).followed
 
 
 def test_what_cannot_be_shown_is_refused():

@@ -8,6 +8,7 @@ import numpy as np
 
 from lienumba.errors import ScenarioError
 from lienumba.scene import MovingRun, Scene, box
+from lienumba.scene.scene import framed
 from lienumba.words import listed
 
 FAR = 1e3  # sizes of the mechanism from where it started
@@ -22,13 +23,12 @@ def within(found: Scene) -> Scene:
     cut = [str(one.run) for run, one in zip(found.runs, kept, strict=True) if len(one.times) < len(run.times)]
     if not cut:
         return found
-    left = tuple(run for run in kept if len(run.times))
+    left = [run for run in kept if len(run.times)]
     if not left:
         raise ScenarioError("the bodies of no run start where a drawing could hold them")
     which = f"run {cut[0]} is" if len(cut) == 1 else f"runs {listed(cut)} are"
     remark = f"{which} shown up to where a body is {FAR:,.0f} times the size of the mechanism away from the start"
-    low, high = box([run for run in left if run.good] or left)
-    return replace(found, runs=left, low=low, high=high, remarks=(*found.remarks, remark))
+    return framed(left, [*found.remarks, remark], found.cycles)
 
 
 def _near(run: MovingRun, middle: np.ndarray, most: float) -> MovingRun:

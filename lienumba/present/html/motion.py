@@ -17,7 +17,6 @@ import numpy as np
 import xarray as xr
 
 from lienumba.errors import ScenarioError
-from lienumba.mechanics.mechanism.model import GROUND
 from lienumba.present.html import changes
 from lienumba.present.html.chart import Json, Section, color, packed, section
 from lienumba.present.html.clipping import within
@@ -25,6 +24,7 @@ from lienumba.present.html.markup import Markup, element, sentence
 from lienumba.present.html.time_series import MarkedRun
 from lienumba.scene import MovingRun, Scene, scene
 from lienumba.scene.mechanism import Mechanism
+from lienumba.scene.scene import ROOM, reach
 from lienumba.scene.solids import SHAPES, Solid
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def _stage(found: Scene) -> list[Markup]:
     clad = [mechanism.solids[n].kind == SHAPES for n in mechanism.seen]
     which = "Each body without shapes of its own" if any(clad) else "Each body"
     words = [] if all(clad) else [f"{which} is the box or cylinder that has its mass and its moments of inertia"]
-    words += ["the view travels with the mass centre of the mechanism"] if found.followed else []
+    words += ["the view travels with the mechanism, and the numbers at its axes pass by"] if found.followed else []
     return [
         element("figure", place, track,
                 element("div", run, *other, speed, class_="controls")),
@@ -96,10 +96,10 @@ def data(found: Scene, gravity: Sequence[float | str]) -> Json:
     low, high = found.low, found.high
     margin = 0.04 * float((high - low).max())
     per_run = BYTES // len(found.runs)
-    looks = [_figure(_without_ground(run.mechanism) if found.followed else run.mechanism) for run in found.runs]
+    looks = [_figure(run.mechanism) for run in found.runs]
     keys = [json.dumps(look) for look in looks]
     figures = dict(zip(keys, looks, strict=True))
-    eye, up = _view(high - low, gravity)
+    eye, up = _view(np.ones(3) if found.followed else high - low, gravity)
     return {
         "low": (low - margin).tolist(),
         "high": (high + margin).tolist(),
@@ -109,7 +109,8 @@ def data(found: Scene, gravity: Sequence[float | str]) -> Json:
         "compared": next((n for n, run in enumerate(found.runs) if n and run.why.startswith("farthest")), 0),
         "figures": [*figures.values()],
         "runs": [
-            _run(run, per_run) | {"figure": [*figures].index(key)} for run, key in zip(found.runs, keys, strict=True)
+            _run(run, per_run) | {"figure": [*figures].index(key), **_followed(found, run)}
+            for run, key in zip(found.runs, keys, strict=True)
         ],
         "duration": float(max(run.times[-1] for run in found.runs)),
         **({"cycles": True} if found.cycles else {}),
@@ -126,6 +127,12 @@ def _run(run: MovingRun, most: int) -> Json:
         "quaternions": packed(np.rint(UNIT * quaternions(run.rotations[kept])).ravel(), "i2"),
         **_switching(run, kept),
     }
+
+
+def _followed(found: Scene, run: MovingRun) -> Json:
+    """What a view that travels needs: shares of bodies in the mass, and half the edge of the view (m)."""
+    masses = np.array(run.mechanism.masses)
+    return {"shares": (masses / masses.sum()).tolist(), "half": ROOM * reach(run)} if found.followed else {}
 
 
 def _switching(run: MovingRun, kept: np.ndarray) -> Json:
@@ -160,15 +167,6 @@ def _figure(mechanism: Mechanism) -> Json:
         ],
         "marks": [[x.place.body, *map(float, x.place.point)] for x in mechanism.marks],
     }
-
-
-def _without_ground(mechanism: Mechanism) -> Mechanism:
-    """What stays in place where the view travels with the mechanism."""
-    return replace(
-        mechanism,
-        segments=tuple(x for x in mechanism.segments if all(end.body != GROUND for end in x.ends)),
-        marks=tuple(x for x in mechanism.marks if x.place.body != GROUND),
-    )
 
 
 def _colors(body: int, solid: Solid) -> list[str]:

@@ -62,7 +62,7 @@ def build(scenario: Scenario, samples: Sampled, labels: Sequence[int] | None = N
 
 
 def geometry(scenario: Scenario, samples: Sampled) -> tuple[Model, Start]:
-    """Bodies, joints between two of them and rigid contacts: what can be drawn, without code of the user's own."""
+    """Bodies, joints between two of them and contacts: what can be drawn, without code of the user's own."""
     return _Builder(numbered(scenario, samples), scenario.data.files).geometry()
 
 
@@ -153,7 +153,7 @@ class _Builder:
 
     def geometry(self) -> tuple[Model, Start]:
         drawn = [joint for joint in self.data.joints if joint.has_points or joint.sides]
-        touching = tuple(contact for x in self.data.contacts if not x.compliant for contact in x.to_model(self))
+        touching = tuple(contact for x in self.data.contacts for contact in x.to_model(self))
         model = Model((0.0, 0.0, 0.0), self.masses(), tuple(x.to_model(self) for x in drawn), contacts=touching)
         return model, Start((), tuple(x.start() for x in drawn))
 

@@ -217,6 +217,27 @@ function seen(point, projection) {
 const LIGHT = [-1.5, 2, 1.5, 1]; // to the left of the eye, above it, behind it
 const ANYWHERE = [[-1e6, -1e6, -1e6], [1e6, 1e6, 1e6]];
 
+/** The middle of the mass centres of runs at a time, and how far they are from it. */
+function centre(runs, t) {
+  const at = runs.map((run) => {
+    const [i, u] = between(run.times, t);
+    return [0, 1, 2].map((c) => run.shares.reduce((sum, share, b) => sum + share * along(run, b, c, i, u), 0));
+  });
+  const middle = [0, 1, 2].map((c) => (Math.min(...at.map((x) => x[c])) + Math.max(...at.map((x) => x[c]))) / 2);
+  return { middle, apart: Math.max(...at.flatMap((x) => x.map((e, c) => Math.abs(e - middle[c])))) };
+}
+
+/** Half the edge of the cube that travels with runs. */
+function halfEdge(runs) {
+  return Math.max(...runs.map((run) => run.half)) + runs[0].times.reduce((most, t) => Math.max(most, centre(runs, t).apart), 0);
+}
+
+/** Let the view travel: its axes and what it hides are those of a cube about the runs at a time. */
+function travel(stage, runs, t, half) {
+  const { glplot, dataScale } = stage._fullLayout.scene._scene;
+  centre(runs, t).middle.forEach((x, c) => glplot.setBounds(c, { min: (x - half) * dataScale[c], max: (x + half) * dataScale[c] }));
+}
+
 /** Draw the runs at a time. A body moves by the matrix with which the graphics card draws its mesh; its corners stay. */
 function pose(stage, runs, t) {
   const { traces, dataScale } = stage._fullLayout.scene._scene;
@@ -233,7 +254,7 @@ function pose(stage, runs, t) {
     if (!mesh.placed) {
       const draw = mesh.draw;
       mesh.draw = mesh.drawTransparent = (given) => {
-        mesh.clipBounds = ANYWHERE; // which are of its corners before they are moved
+        if (part.body < runs[run].bodies) mesh.clipBounds = ANYWHERE; // which are of its corners before they are moved
         mesh.lightPosition = seen(LIGHT, given.projection); // which plotly.js takes back through all matrices
         draw.call(mesh, { ...given, model: product(given.model, mesh.placed) });
       };
@@ -252,24 +273,24 @@ function distance(eye, up, aspect, wide) {
   return Math.max(...corners.map((p) => dot(p, toward) + Math.max(Math.abs(dot(p, right)) / wide, Math.abs(dot(p, above))) / tangent));
 }
 
-function space(data) {
-  const extent = data.high.map((x, c) => x - data.low[c]), largest = Math.max(...extent);
+function space({ low, high, eye, up }) {
+  const extent = high.map((x, c) => x - low[c]), largest = Math.max(...extent);
   const narrow = innerWidth < 640, stage = document.getElementById("stage");
   const aspect = extent.map((x) => Math.max(x / largest, 0.02));
   const one = (title, c) => ({
-    range: [data.low[c], data.high[c]], autorange: false, title: { text: `${title} (m)`, font: { size: narrow ? 10 : 12 } },
+    range: [low[c], high[c]], autorange: false, title: { text: `${title} (m)`, font: { size: narrow ? 10 : 12 } },
     tickfont: { size: narrow ? 9 : 11, color: DIM }, nticks: extent[c] > 0.35 * largest ? (narrow ? 4 : 6) : 3,
     gridcolor: LINE, zerolinecolor: LINE, linecolor: LINE, showbackground: false, showspikes: false, exponentformat: "power",
   });
-  const near = ROOM * distance(data.eye, data.up, aspect, stage.clientWidth / stage.clientHeight) / Math.hypot(...data.eye);
-  const [x, y, z] = data.eye;
+  const near = ROOM * distance(eye, up, aspect, stage.clientWidth / stage.clientHeight) / Math.hypot(...eye);
+  const [x, y, z] = eye;
   return {
     paper_bgcolor: "rgba(0,0,0,0)", font: { color: INK }, margin: { l: 0, r: 0, t: 0, b: 0 }, uirevision: "kept",
     hovermode: false, showlegend: false,
     scene: {
       xaxis: one("x", 0), yaxis: one("y", 1), zaxis: one("z", 2), aspectmode: "manual", hovermode: false, dragmode: "orbit",
       aspectratio: Object.fromEntries([..."xyz"].map((key, c) => [key, aspect[c]])),
-      camera: { eye: { x: x * near, y: y * near, z: z * near }, up: Object.fromEntries([..."xyz"].map((key, c) => [key, data.up[c]])), center: Object.fromEntries([..."xyz"].map((key, c) => [key, -LOW * data.up[c]])) },
+      camera: { eye: { x: x * near, y: y * near, z: z * near }, up: Object.fromEntries([..."xyz"].map((key, c) => [key, up[c]])), center: Object.fromEntries([..."xyz"].map((key, c) => [key, -LOW * up[c]])) },
     },
   };
 }
@@ -283,12 +304,21 @@ async function showMotion(data) {
   const shown = () => [motion.first, motion.second].filter((n) => n >= 0).map((n) => runs[n]);
   const digits = Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(data.duration || 1))));
 
+  const followed = runs[0].shares !== undefined;
+  let half = 0;
   const move = () => {
+    if (followed) travel(stage, shown(), motion.time, half);
     pose(stage, shown(), motion.time);
     tell();
   };
+  const view = () => {
+    if (!followed) return data;
+    half = halfEdge(shown());
+    const { middle } = centre(shown(), motion.time), [low, high] = [-half, half].map((x) => middle.map((m) => m + x));
+    return { ...data, low, high };
+  };
   const redraw = async () => {
-    await Plotly.react(stage, drawn(data, shown(), motion.time), space(data), QUIET);
+    await Plotly.react(stage, drawn(data, shown(), motion.time), space(view()), QUIET);
     move();
   };
   const tell = () => {
@@ -335,7 +365,7 @@ async function showMotion(data) {
   run.addEventListener("change", () => { motion.first = Number(run.value); redraw(); });
   play.addEventListener("click", () => { if (motion.time >= data.duration) motion.time = 0; go(!motion.playing); });
 
-  await Plotly.newPlot(stage, drawn(data, shown(), motion.time), space(data), QUIET);
+  await Plotly.newPlot(stage, drawn(data, shown(), motion.time), space(view()), QUIET);
   move();
   stage.dataset.drawn = "yes";
   tell();
