@@ -59,3 +59,9 @@ def number_text(value: float, form: str, scale: float = 0.0) -> str:
         return NONE
     text = f"{0.0 if abs(value) <= ROUNDING * scale else value:{form}}"
     return text if any(digit in text.partition("e")[0] for digit in "123456789in") else text.removeprefix("-")
+
+
+def short_text(value: float, digits: int) -> str:
+    """A number of so many significant digits, below a million without a power of ten: 1200, not 1.2e+03."""
+    text = number_text(value, f".{digits}g")
+    return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e6 else text

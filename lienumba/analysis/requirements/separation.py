@@ -19,7 +19,7 @@ import xarray as xr
 from lienumba.analysis.labels import named
 from lienumba.analysis.requirements.verdict import counted, requirement_in, sweep_of
 from lienumba.analysis.sensitivities.explained import Explained, explained
-from lienumba.analysis.text_table import NONE, TextTable, number_text
+from lienumba.analysis.text_table import NONE, TextTable, number_text, short_text
 from lienumba.analysis.weights import kept_of, weights_of
 from lienumba.errors import ScenarioError
 from lienumba.store.layout import MET, RUN
@@ -151,7 +151,7 @@ def table(found: xr.Dataset, most: int) -> tuple[TextTable, str]:
     for n, name in enumerate(map(str, found["input"].values[:most])):
         of = {str(key): float(x[n]) for key, x in found.data_vars.items()}
         half = of["first_order_high"] - of["first_order"]
-        alone = f"{round(100 * of['first_order']) + 0} ± {100 * half:.2g} %" if half == half else NONE
+        alone = f"{round(100 * of['first_order']) + 0} ± {short_text(100 * half, 2)} %" if half == half else NONE
         rows.append(
             [
                 named(name, str(found["input_units"].values[n])), _p(of["p_value"]), f"{of['distance']:.2f}",

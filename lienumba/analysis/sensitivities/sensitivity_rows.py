@@ -11,7 +11,7 @@ import xarray as xr
 
 from lienumba.analysis.labels import named, time_label
 from lienumba.analysis.sensitivities.sensitivity import CHOSEN, OF_BOTH
-from lienumba.analysis.text_table import NONE, TextTable, number_text
+from lienumba.analysis.text_table import NONE, TextTable, number_text, short_text
 from lienumba.words import plural
 
 TORNADO = ("rank correlation", "10 %", "90 %", "mean below", "mean above", "change")
@@ -37,7 +37,7 @@ class InputRow:
     def explained(self) -> str:
         """The text below EXPLAINED."""
         index, high = (100.0 * self.numbers[f"first_order{end}"] for end in ("", "_high"))
-        return f"{round(index) + 0} ± {high - index:.2g} %" if index == index else NONE
+        return f"{round(index) + 0} ± {short_text(high - index, 2)} %" if index == index else NONE
 
     @property
     def tornado(self) -> list[str]:
@@ -45,9 +45,9 @@ class InputRow:
         of = self.numbers
         r, r_low, r_high = (of[f"rank_correlation{end}"] for end in ("", "_low", "_high"))
         half = 0.5 * (of["change_high"] - of["change_low"])
-        spread = f" ± {half:.2g}" if half == half else ""
+        spread = f" ± {short_text(half, 2)}" if half == half else ""
         ends = [number_text(of[name], ".4g") for name in ("input_low", "input_high", "low", "high")]
-        change = f"{number_text(of['change'], '.3g')}{spread}" if of["low"] == of["low"] else NONE
+        change = f"{short_text(of['change'], 3)}{spread}" if of["low"] == of["low"] else NONE
         correlation = f"{number_text(r, '.2f')} ± {0.5 * (r_high - r_low):.2f}" if r == r else NONE
         return [correlation, *ends, change]
 
@@ -56,7 +56,8 @@ class InputRow:
         """First and total Sobol' index."""
         names = ("first_order", "total_order")
         ends = [[self.numbers[f"{x}{end}"] for end in ("_low", "", "_high")] for x in names]
-        return [f"{x:.3f} ± {max(x - low, high - x):.2g}" for low, x, high in ends]  # the farther end
+        farther = [(x, max(x - low, high - x)) for low, x, high in ends]
+        return [f"{number_text(x, '.3f')} ± {short_text(end, 2)}" for x, end in farther]
 
     @property
     def effects(self) -> list[str]:
@@ -67,7 +68,7 @@ class InputRow:
         low, x, high = (self.numbers[key] for key in (f"{name}_low", name, f"{name}_high"))
         if x != x:
             return NONE
-        return f"{number_text(x, '.4g')}{f' ± {0.5 * (high - low):.2g}' if high == high else ''}"
+        return f"{short_text(x, 4)}{f' ± {short_text(0.5 * (high - low), 2)}' if high == high else ''}"
 
 
 @dataclass(frozen=True)

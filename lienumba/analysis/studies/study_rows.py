@@ -11,7 +11,7 @@ import xarray as xr
 from lienumba.analysis.labels import unit_label
 from lienumba.analysis.studies.orders import orders
 from lienumba.analysis.studies.study import TIMES, Curve, curves, labels_of, steps_of, text, work_precision
-from lienumba.analysis.text_table import NONE, TextTable, number_text
+from lienumba.analysis.text_table import NONE, TextTable, number_text, short_text
 from lienumba.batch.statuses import GOOD, STATUSES, Status
 from lienumba.store.study_layout import TRUSTED, errors_of, grid_of, typical
 from lienumba.words import plural
@@ -23,6 +23,7 @@ COSTS = {  # words and unit
     TIME: ("time of one core per run", "s"),
 }
 NONE_SEEN = "none seen"
+DOUBTFUL = f"below {TRUSTED:g} times the error of the reference"  # what is shaded
 LIMITS = (1e-3, 1e-6, 1e-9, 1e-12)  # of errors, for which it is told what costs least
 SHORT_TIMES = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
 
@@ -164,8 +165,8 @@ def order_text(order: float, low: float, high: float) -> str:
 def time_text(seconds: float, spread: float = 0.0) -> str:
     """A short time with three digits, and half of the spread of its repetitions where there is some."""
     size, unit = next((x for x in SHORT_TIMES if seconds >= x[0]), SHORT_TIMES[-1])
-    more = f" ± {0.5 * spread / size:.2g}" if spread > 0.0 else ""
-    return f"{seconds / size:.3g}{more} {unit}"
+    more = f" ± {short_text(0.5 * spread / size, 2)}" if spread > 0.0 else ""
+    return f"{short_text(seconds / size, 3)}{more} {unit}"
 
 
 def _time_of(ds: xr.Dataset, point: int) -> str:

@@ -135,6 +135,9 @@ def test_an_order_that_is_not_seen_has_a_reason():
 
 def test_times_have_three_digits_and_a_unit():
     assert time_text(1.5e-5, 4e-7) == "15 ± 0.2 µs"
+    assert time_text(5.26e-4, 2.4e-4) == "526 ± 120 µs"
+    assert time_text(9.996e-4) == "1000 µs"
+    assert [*map(typeset, ("3.4e+00", "-1.5e+10", "2e-07"))] == ["3.4", "−1.5 × 10¹⁰", "2 × 10⁻⁷"]
     assert [*map(time_text, (12.345, 0.5, 1.5e-5, 2e-9, 3e-12))] == ["12.3 s", "500 ms", "15 µs", "2 ns", "0.003 ns"]
 
 
