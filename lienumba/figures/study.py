@@ -11,7 +11,19 @@ import xarray as xr
 from lienumba.analysis.labels import axis_label
 from lienumba.analysis.studies.orders import orders
 from lienumba.analysis.studies.study import curves
-from lienumba.analysis.studies.study_rows import COSTS, EVALUATIONS, STEP, TIME, StudyLine, doubtful, lines
+from lienumba.analysis.studies.study_rows import (
+    COSTS,
+    DOUBTFUL,
+    EVALUATIONS,
+    NONE_SEEN,
+    STEP,
+    TIME,
+    StudyLine,
+    doubtful,
+    lines,
+    order_text,
+)
+from lienumba.analysis.text_table import NONE
 from lienumba.errors import ScenarioError
 from lienumba.figures.canvas import COLORS, blank, entitle
 from lienumba.store.study_layout import errors_of, typical
@@ -24,10 +36,16 @@ if TYPE_CHECKING:
 MARKERS = "osD^vP*X"
 HEIGHT = 4.4  # of a panel, inches
 IN_A_ROW = 6  # of the legend
+FIT = ("order", "low", "high", "finest", "coarsest")
+BELOW = 0.4  # of a curve: where the line of its slope begins
+ROW = 0.06  # of the height of a panel: between the names of slopes
+SHADE = "0.88"
 
 
 def study_figure(ds: xr.Dataset, names: Sequence[str] = ()) -> Figure:
     """A row of panels for each of these variables, or for the position error."""
+    from matplotlib.patches import Patch
+
     names = names or [f"{name}_error" for name in errors_of(ds)][:1]
     for name in names:
         if name == "status":
@@ -42,12 +60,14 @@ def study_figure(ds: xr.Dataset, names: Sequence[str] = ()) -> Figure:
         label = ("largest " if error else "") + axis_label(name, ds[name].attrs.get("units", ""))
         for ax, cost in zip(row, costs, strict=True):
             _draw(ax, lines(ds, name, cost, logarithmic))
-            if error and cost == STEP:
-                _slopes(ax, ds, error)
             _finish(ax, *COSTS[cost], label, logarithmic)
+            if error and cost == STEP and logarithmic:
+                _slopes(ax, ds, error)
             if error:
                 _shade(ax, doubtful(ds, error))
     handles, labels = axes[0][-1].get_legend_handles_labels()
+    if any(ax.patches for row in axes for ax in row):
+        handles, labels = [*handles, Patch(color=SHADE)], [*labels, DOUBTFUL]
     if labels:
         drawn.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), IN_A_ROW), fontsize="small")
     runs = ds.sizes["run"]
@@ -70,31 +90,34 @@ def _draw(ax: Axes, shown: Sequence[StudyLine]) -> None:
 
 
 def _slopes(ax: Axes, ds: xr.Dataset, error: str) -> None:
-    """Dashed lines of whole slopes beside the curves that show them."""
+    """Dashed lines of whole slopes below the curves that show them, named at the right of the panel, where no curve
+    is."""
     found = orders(ds).sel(error=error)
-    drawn: set[int] = set()
-    for line, order, first, last in zip(
-        list(ax.lines), *(found[key].values.ravel() for key in ("order", "finest", "coarsest")), strict=True
+    ends: dict[int, float] = {}
+    for line, (*fit, first, last) in zip(
+        list(ax.lines), zip(*(found[key].values.ravel() for key in FIT), strict=True), strict=True
     ):
-        slope = round(order) if np.isfinite(order) else 0
+        slope = round(fit[0]) if order_text(*fit) not in (NONE, NONE_SEEN) else 0
         x, y = (np.asarray(values, float) for values in line.get_data())
-        if slope < 1 or slope in drawn or not len(x):
+        if slope < 1 or slope in ends or not len(x):
             continue
-        drawn.add(slope)
-        start = 0.4 * y[np.argmin(np.abs(np.log(x / first)))]
-        ends = np.array([first, last])
-        ax.plot(ends, start * (ends / first) ** slope, color="0.45", lw=1.0, ls="--", zorder=1)
-        ax.annotate(
-            f"slope {slope}", (first, start), xytext=(5, -2), textcoords="offset points", color="0.35",
-            fontsize="small", va="top",
-        )  # fmt: skip
+        start = BELOW * y[np.argmin(np.abs(np.log(x / first)))]
+        ends[slope] = start * (last / first) ** slope
+        ax.plot([first, last], [start, ends[slope]], color="0.45", lw=1.0, ls="--", zorder=1)
+    low, high = np.log(ax.get_ylim())
+    free = 1.0
+    for slope, end in sorted(ends.items(), key=lambda x: -x[1]):
+        free = min(free, float((np.log(end) - low) / (high - low)))
+        ax.annotate(f"slope {slope}", (1.0, free), xycoords="axes fraction", xytext=(4, 0), textcoords="offset points",
+                    color="0.35", fontsize="small", va="center")  # fmt: skip
+        free -= ROW
 
 
 def _shade(ax: Axes, end: float) -> None:
-    """Where the reference says little."""
+    """Where the reference is not good enough to tell."""
     low, high = ax.get_ylim()
     if end > low:
-        ax.axhspan(low, min(end, high), color="0.88", zorder=0)
+        ax.axhspan(low, min(end, high), color=SHADE, zorder=0)
         ax.set_ylim(low, high)
 
 

@@ -31,7 +31,7 @@ def test_a_study_shows_orders_and_work_against_precision():
         ("time of one core per run", "largest position error (m)"),
     ]
     assert all(ax.get_xscale() == ax.get_yscale() == "log" for ax in drawn.axes)
-    assert legend(drawn) == list(METHODS)
+    assert legend(drawn) == [*METHODS, "below 100 times the error of the reference"]
     assert texts(drawn.axes[0]) == ["slope 2", "slope 4"]
     for ax, x in zip(drawn.axes, (STEPS, ds["evaluations"][0, 0], ds["time_per_run"][0]), strict=True):
         for line, errors in zip(ax.lines[:2], SLOPES[0], strict=True):
@@ -42,6 +42,18 @@ def test_a_study_shows_orders_and_work_against_precision():
         assert np.diff(y) / np.diff(x) == pytest.approx(order)
     assert len({line.get_color() for line in drawn.axes[0].lines}) == 3
     assert [len(ax.patches) for ax in drawn.axes] == [1, 1, 1]  # where the reference says little
+
+
+def test_names_of_slopes_overlap_nothing():
+    close = np.array(STEPS) ** np.array([[2.0], [3.0]])[None] * np.array([[1.0], [30.0]])
+    drawn = figure(study(close / close[..., -1:]))
+    drawn.draw_without_rendering()
+    ax, other = drawn.axes[0], drawn.axes[1]
+    boxes = [text.get_window_extent() for text in ax.texts]
+    assert len(boxes) == 2
+    assert not boxes[0].overlaps(boxes[1])
+    taken = [ax.bbox, other.yaxis.get_tightbbox(), ax.xaxis.get_tightbbox()]
+    assert not any(one.overlaps(two) for one in boxes for two in taken)
 
 
 def test_any_variable_of_a_study():
