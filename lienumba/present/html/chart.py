@@ -80,7 +80,7 @@ def section(
 
 
 def _place(name: str, chart: Chart) -> Markup:
-    unit = [" ", element("small", chart.unit)] if chart.unit else []
+    unit = [" ", element("small", f"({chart.unit})")] if chart.unit else []
     note = [element("br"), element("small", chart.note)] if chart.note else []
     caption = element("figcaption", chart.title, *unit, *note)
     height = f"height: {chart.layout.get('height', LAYOUT['height'])}px"

@@ -25,7 +25,7 @@ def header(ds: xr.Dataset, told: Markup | None = None) -> Markup:
     failed = int((~ds["status"].isin(GOOD)).sum())
     title = element("h1", str(ds.attrs.get("title", "")) or "Untitled")
     if told is None:
-        told = _study_verdict(ds, failed) if is_study(ds) else _verdict(summarise(ds), counts(ds))
+        told = _study_verdict(ds, failed) if is_study(ds) else _verdict(ds)
     warned = warnings_in(ds)
     ran = element("p", told, class_="verdict failed" if failed or warned else "verdict")
     doubts = [element("p", sentence(f"warning: {text}")) for text in warned]
@@ -37,15 +37,16 @@ def scenario_of(ds: xr.Dataset) -> Tables:
     return written_tables(ds, "the dataset")
 
 
-def _verdict(found: Summary, ran: Counts) -> Markup:
+def _verdict(ds: xr.Dataset) -> Markup:
     """How the runs ended, and how well they are computed."""
+    found, ran, model = summarise(ds), counts(ds), scenario_of(ds).get("model", {})
     end, ended = f"t = {found.final_time:g} s", "; ".join(_early(ran))
     if not ended:
         runs = f"All {ran.runs:,} runs" if ran.runs > 1 else "The run"
         how = f"{runs}{ran.beside} reached {end}"
     else:
         how = f"{ran.good:,} of {plural(ran.runs, 'run is', 'runs are')} good"
-    kept = list(_quality(found))
+    kept = list(_quality(found, bool(model.get("joints") or model.get("drivers"))))
     rest = (f": {ended}" if ended else "") + ". " + (f"{' and '.join(kept)}." if kept else "")
     return join([element("strong", how), rest])
 
@@ -61,11 +62,14 @@ def _early(ran: Counts) -> Iterator[str]:
         yield f"the nominal run {how}"
 
 
-def _quality(found: Summary) -> Iterator[str]:
-    if found.max_position_violation is not None:
-        yield f"The joints held to {number(found.max_position_violation, 1)} m"
+def _quality(found: Summary, held: bool) -> Iterator[str]:
+    """How well joints, where something is held, and the energy are computed."""
+    joints = found.max_position_violation if held else None
+    if joints is not None:
+        yield f"The joints held to {number(joints, 1)} m"
     if found.max_relative_energy_drift is not None:
-        yield f"the energy to {number(found.max_relative_energy_drift, 1)} of what was exchanged"
+        start = "The energy held" if joints is None else "the energy"
+        yield f"{start} to {number(found.max_relative_energy_drift, 1)} of what was exchanged"
 
 
 def _study_verdict(ds: xr.Dataset, failed: int) -> Markup:

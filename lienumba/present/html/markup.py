@@ -44,10 +44,12 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[str]], words: int, pr
 
 
 def text_table(found: TextTable) -> Markup:
-    """A table of an analysis, whose words are its first columns."""
-    words = sum(kind == WORD for kind in found.kinds)
-    rows = ([*row[:words], *(typeset(text) if is_number(text) else text for text in row[words:])] for row in found.rows)
-    return table(found.headings, rows, words)
+    """A table of an analysis, whose words are its first columns; those without any are left out."""
+    full = [n for n, kind in enumerate(found.kinds) if kind != WORD or any(row[n] for row in found.rows)]
+    words = sum(found.kinds[n] == WORD for n in full)
+    rows = [[row[n] for n in full] for row in found.rows]
+    shown = ([*row[:words], *(typeset(text) if is_number(text) else text for text in row[words:])] for row in rows)
+    return table([found.headings[n] for n in full], shown, words)
 
 
 def facts(pairs: Iterable[tuple[str, str]]) -> Markup:
@@ -78,9 +80,6 @@ def typeset(text: str) -> str:
     """The text of a number, or of none, as a page has it."""
     if not any(digit in text for digit in "0123456789"):
         return text
-    mantissa, _, power = text.replace("-", "−").partition("e")
-    return (
-        f"{mantissa}\u00a0×\u00a010{power.replace('+', '').replace('−0', '−').lstrip('0').translate(RAISED)}"
-        if power
-        else mantissa
-    )
+    mantissa, _, power = text.partition("e")
+    raised = str(int(power or 0)).replace("-", "−").translate(RAISED)
+    return mantissa.replace("-", "−") + (f"\u00a0×\u00a010{raised}" if raised != "⁰" else "")

@@ -112,7 +112,7 @@ def _scatters(read: Columns, found: SensitivityRows, kept: np.ndarray) -> Iterat
                 "hovertemplate": "run %{customdata}: %{x:.4~g}, %{y:.4~g}<extra></extra>",
             }  # fmt: skip
             layout: Json = {"hovermode": "closest", "xaxis": axis(named(over.name, over.unit))}
-            yield Chart(f"{one.name} over {over.name}", [trace], layout, own.unit, own.at)
+            yield Chart(f"{named(one.name, own.unit)} over {over.name}", [trace], layout, note=own.at)
 
 
 TITLE = "What depends on what"

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
 import xarray as xr
 
-from lienumba.analysis.labels import unit_label
+from lienumba.analysis.labels import named, unit_label
 from lienumba.analysis.studies.study_rows import (
     COSTS,
+    DOUBTFUL,
     EVALUATIONS,
     STEP,
     TIME,
@@ -19,14 +21,16 @@ from lienumba.analysis.studies.study_rows import (
     point_table,
     refines,
     remarks,
+    time_text,
 )
 from lienumba.present.html import chart
 from lienumba.present.html.chart import Chart, Json, Section, section
 from lienumba.present.html.markup import Markup, element, table, text_table
-from lienumba.store.study_layout import errors_of
+from lienumba.store.study_layout import errors_of, typical
 from lienumba.words import plural
 
 MOST_ROWS = 300
+MARGIN = 0.06  # of an axis, beyond its points
 MARKS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross", "x", "star")
 
 STILL = (
@@ -39,7 +43,7 @@ def sections(ds: xr.Dataset) -> Iterator[Section]:
     """Orders and errors over the step, where the grid refines it; work against precision; the points."""
     names = [*errors_of(ds)]
     if refines(ds):
-        charts = [_chart(ds, name, STEP) for name in names]
+        charts = [_chart(ds, name, STEP) for name in names if (typical(ds, f"{name}_error") > 0.0).any()]
         yield section("orders", "Observed orders", text_table(order_table(ds)), charts=charts)
     charts = [_chart(ds, name, cost) for cost in (EVALUATIONS, TIME) for name in names[:1]]
     yield section("work", "Work against precision", charts=charts)
@@ -62,16 +66,28 @@ def _chart(ds: xr.Dataset, name: str, cost: str) -> Chart:
     y_axis = chart.logarithmic(line.y for line in found)
     shapes = _doubtful(doubtful(ds, name), 10.0 ** y_axis["range"][0])
     layout: Json = {
-        "xaxis": chart.axis(f"{words} ({unit_of_cost})" if unit_of_cost else words,
-                            **chart.logarithmic(line.x for line in found)),
+        "xaxis": chart.axis(words, **_costs(np.concatenate([line.x for line in found]), unit_of_cost)),
         "yaxis": y_axis,
         "hovermode": "closest",
         "showlegend": len(found) <= len(MARKS),
         "height": 340,
         "shapes": shapes,
     }  # fmt: skip
-    note = "grey: where the reference says little" if shapes else ""
-    return Chart(f"largest {error} over the {words}", traces, layout, unit, note)
+    note = f"grey: {DOUBTFUL}" if shapes else ""
+    return Chart(f"{named(f'largest {error}', units)} over the {words}", traces, layout, note=note)
+
+
+def _costs(values: np.ndarray, unit: str) -> Json:
+    """A logarithmic axis of steps, times or counts, closely around them, with the unit in its numbers."""
+    if not len(values):
+        return chart.logarithmic([values])
+    low, high = np.log10([values.min(), values.max()])
+    room = max(MARGIN * (high - low), MARGIN)
+    leading = (1.0, 2.0, 5.0) if high - low < chart.FEW_POWERS else (1.0,)
+    powers = range(int(np.floor(low - room)), int(np.ceil(high + room)) + 1)
+    ticks = [first * 10.0**power for power in powers for first in leading]
+    texts = [time_text(x) if unit else f"{x:,.0f}" for x in ticks]
+    return {"type": "log", "range": [low - room, high + room], "tickvals": ticks, "ticktext": texts}
 
 
 def _doubtful(end: float, least: float) -> list[Json]:

@@ -12,6 +12,7 @@ import xarray as xr
 from lienumba.analysis.panels import quantiles, run_windows
 from lienumba.analysis.panels.quantiles import TimeSeries
 from lienumba.analysis.panels.select_panels import Panel, default_panels, good_runs, named_panels
+from lienumba.figures.panels import DECADES
 from lienumba.present.html import chart
 from lienumba.present.html.chart import Chart, Json, Section, section
 from lienumba.present.html.markup import Markup, element
@@ -102,13 +103,18 @@ def series_chart(ds: xr.Dataset, panel: Panel, marked: Sequence[MarkedRun]) -> C
     note += _runs(ds, panel, found.runs)
     layout = {
         "xaxis": chart.axis("time (s)", hoverformat=".5~g"),
-        "yaxis": chart.logarithmic(x for line in found.lines for x in (line.quantiles[2], line.largest))
-        if panel.logarithmic
-        else {},
+        "yaxis": _decades(found.lines) if panel.logarithmic else {},
         "showlegend": len(found.lines) > 1,
         "height": 280 if len(found.lines) > 1 else 250,
     }
     return Chart(panel.title, traces, layout, unit, "; ".join(note), tuple(drawn))
+
+
+def _decades(lines: Sequence[TimeSeries]) -> Json:
+    """A logarithmic axis of the few powers of ten below the largest value, in which figures show them too."""
+    every = np.concatenate([x for line in lines for x in (line.quantiles[2], line.largest)])
+    positive = every[every > 0.0]
+    return chart.logarithmic([positive[positive >= positive.max(initial=0.0) * 10.0**-DECADES]])
 
 
 def _unit(panel: Panel) -> str:

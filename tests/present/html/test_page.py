@@ -144,7 +144,7 @@ def test_a_study():
     assert [text.split(" over ")[0] for _, text in page.captions[:2]] == ["largest position error"] * 1 + [
         "largest velocity error"
     ]
-    first = page.chart("largest position error over the mean step")["traces"][0]
+    first = page.chart("largest position error (m) over the mean step")["traces"][0]
     assert sorted(array(first["y"])) == pytest.approx(sorted(errors[0]))
     assert "2.00" in page.text
     assert "4.00" in page.text
