@@ -55,9 +55,9 @@ def modes(
         changes = parse_assignments(settings or [])
         found = written(lambda: found_modes(source, at=at.split(","), overrides=changes, **given), output, overwrite)
         if plot is not None:
-            from lienumba.figures.modes import save
+            from lienumba.figures.plots import figure, save
 
-            save(found, plot)
+            save(lambda: figure(found), plot)
         if not quiet:
             with console.unheard():
                 wide = console.wide_output(140)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import ceil
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -30,6 +31,15 @@ def blank(rows: int, columns: int, height: float = HEIGHT) -> tuple[Figure, list
     return drawn, [list(row) for row in drawn.subplots(rows, columns, squeeze=False)]
 
 
+def tiles(count: int, columns: int) -> tuple[Figure, list[Axes]]:
+    """A figure with so many panels, in rows of so many; what is left of the last row stays empty."""
+    drawn, axes = blank(ceil(count / columns), columns)
+    flat = [ax for row in axes for ax in row]
+    for ax in flat[count:]:
+        ax.set_visible(False)
+    return drawn, flat[:count]
+
+
 def empty(
     width: float, height: float, layout: Literal["constrained"] | None = "constrained", dpi: float = DPI
 ) -> Figure:
@@ -44,9 +54,9 @@ def empty(
     return Shown(figsize=(width, height), layout=layout, dpi=dpi)
 
 
-def entitle(drawn: Figure, title: str) -> None:
-    """Put a title above a figure, in as many lines as it takes."""
-    drawn.suptitle(lines(title, drawn.get_figwidth()))
+def entitle(drawn: Figure, *parts: str) -> None:
+    """Put the parts of a title that are not empty above a figure, in as many lines as they take."""
+    drawn.suptitle(lines(": ".join(filter(None, parts)), drawn.get_figwidth()))
 
 
 def lines(text: str, width: float) -> str:

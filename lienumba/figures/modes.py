@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
 from lienumba.analysis.mode_rows import swept
-from lienumba.figures import canvas
 from lienumba.figures.canvas import COLORS, blank, entitle
-from lienumba.store.targets import claimed
 from lienumba.words import plural
 
 if TYPE_CHECKING:
@@ -20,12 +17,6 @@ if TYPE_CHECKING:
 
 MOST_NAMED = 8  # modes
 MOST_TIMES = 4
-
-
-def save(ds: xr.Dataset, target: Path) -> None:
-    """Write the figure as PNG, SVG or PDF."""
-    with claimed(target, "figure", canvas.STILLS) as output:
-        canvas.save(modes_figure(ds), output)
 
 
 def modes_figure(ds: xr.Dataset) -> Figure:
@@ -43,7 +34,7 @@ def modes_figure(ds: xr.Dataset) -> Figure:
         drawn.legend(handles, labels, loc="outside lower center", ncols=MOST_NAMED, fontsize="small")
     count = f"{plural(ds.sizes['mode'], 'mode', 'modes')} of {plural(ds.sizes['run'], 'run', 'runs')}"
     more = f", the first {len(times)} of {ds.sizes['time']} times" if len(times) < ds.sizes["time"] else ""
-    entitle(drawn, ": ".join(filter(None, [str(ds.attrs.get("title", "")), count + more])))
+    entitle(drawn, str(ds.attrs.get("title", "")), count + more)
     return drawn
 
 

@@ -4,7 +4,6 @@ runs."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -45,9 +44,7 @@ def scatter(ds: xr.Dataset, names: Sequence[str], inputs: Sequence[str]) -> Figu
         for ax, name in zip(row, inputs, strict=True):
             _points(ax, ds[name].values, output.values)
             ax.set(xlabel=named(name, str(ds[name].attrs.get("units", ""))), ylabel=_label(output))
-    canvas.entitle(
-        drawn, ": ".join(filter(None, [str(ds.attrs.get("title", "")), "points are runs, the line their mean"]))
-    )
+    canvas.entitle(drawn, str(ds.attrs.get("title", "")), "points are runs, the line their mean")
     return drawn
 
 
@@ -65,10 +62,8 @@ def _points(ax: Axes, x: np.ndarray, y: np.ndarray) -> None:
 def convergence(ds: xr.Dataset, names: Sequence[str]) -> Figure:
     """The mean of each output over the first so many runs, with its 95 % interval at each number of them."""
     found = _read(ds, names, MOST_PANELS)
-    columns = min(len(found), COLUMNS)
-    drawn, axes = canvas.blank(ceil(len(found) / columns), columns)
-    flat = [ax for row in axes for ax in row]
-    for ax, output in zip(flat, found, strict=False):
+    drawn, axes = canvas.tiles(len(found), min(len(found), COLUMNS))
+    for ax, output in zip(axes, found, strict=True):
         values = output.values[np.isfinite(output.values)]
         if len(values) < 2:
             raise ScenarioError(f"{output.name}: has a value in {len(values)} runs, and a mean takes at least 2; {WHY}")
@@ -81,11 +76,8 @@ def convergence(ds: xr.Dataset, names: Sequence[str]) -> Figure:
             ax.set_ylim(*ends)
         ax.set(xscale="log", xlabel="runs", ylabel=_label(output))
         ax.grid(True, lw=0.4, alpha=0.5)
-    for ax in flat[len(found) :]:
-        ax.set_visible(False)
-    flat[0].legend(frameon=False, fontsize="small")
-    title = str(ds.attrs.get("title", ""))
-    canvas.entitle(drawn, ": ".join(filter(None, [title, "means over the first so many runs"])))
+    axes[0].legend(frameon=False, fontsize="small")
+    canvas.entitle(drawn, str(ds.attrs.get("title", "")), "means over the first so many runs")
     return drawn
 
 

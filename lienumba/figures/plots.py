@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -147,15 +146,12 @@ def _of_runs(ds: xr.Dataset, choice: SelectedPanels) -> Figure:
     if not good_runs(ds).any() and any(_is_of_good_runs(panel) for panel in choice.panels):
         raise ScenarioError('no run of the dataset succeeded; draw how they ended, "status", or an input')
     columns = _columns(len(choice.panels))
-    drawn, axes = canvas.blank(ceil(len(choice.panels) / columns), columns)
-    flat = [ax for row in axes for ax in row]
-    shown = [draw(ax, ds, panel) for ax, panel in zip(flat, choice.panels, strict=False)]
-    for ax in flat[len(choice.panels) :]:
-        ax.set_visible(False)
+    drawn, axes = canvas.tiles(len(choice.panels), columns)
+    shown = [draw(ax, ds, panel) for ax, panel in zip(axes, choice.panels, strict=True)]
     series = [one for one in shown if one is not None]
     nominal = any(nominal_run(ds, panel) is not None for panel in choice.panels)
     explain(drawn, [panel for panel in choice.panels if panel.over_time], series, nominal, choice.left_out)
-    canvas.entitle(drawn, ": ".join(filter(None, [str(ds.attrs.get("title", "")), _count(ds, choice.panels, series)])))
+    canvas.entitle(drawn, str(ds.attrs.get("title", "")), _count(ds, choice.panels, series))
     return drawn
 
 

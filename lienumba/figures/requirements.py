@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import ceil
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,10 +25,8 @@ def requirement_figure(ds: xr.Dataset, name: str) -> Figure:
     """Histograms of the clearest inputs, each group as parts of its own runs."""
     found = separation(ds, name)
     shown = [str(x) for x in found["input"].values[:MOST]]
-    columns = min(len(shown), COLUMNS)
-    drawn, axes = canvas.blank(ceil(len(shown) / columns), columns)
-    flat = [ax for row in axes for ax in row]
-    for ax, path, p in zip(flat, shown, found["p_value"].values, strict=False):
+    drawn, axes = canvas.tiles(len(shown), min(len(shown), COLUMNS))
+    for ax, path, p in zip(axes, shown, found["p_value"].values, strict=False):
         groups = samples(ds, name, path)
         edges: Any = bins([Histogram("", np.concatenate(groups), 0, None)])
         for values, color, label in zip(groups, COLORS, ("meet it", "fail it"), strict=False):
@@ -39,9 +36,7 @@ def requirement_figure(ds: xr.Dataset, name: str) -> Figure:
         ax.set(xlabel=input_label(path, str(ds[path].attrs.get("units", ""))), ylabel="part of these runs")
         ax.grid(True, lw=0.4, alpha=0.5)
         ax.set_axisbelow(True)
-    for ax in flat[len(shown) :]:
-        ax.set_visible(False)
-    flat[0].legend(frameon=False, fontsize="small")
+    axes[0].legend(frameon=False, fontsize="small")
     left = found.sizes["input"] - len(shown)
     more = f"; {plural(left, 'input', 'inputs')} not shown" if left else ""
     failed, runs = found.attrs["not_met"], found.attrs["not_met"] + found.attrs["met"]

@@ -71,8 +71,7 @@ def study_figure(ds: xr.Dataset, names: Sequence[str] = ()) -> Figure:
     if labels:
         drawn.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), IN_A_ROW), fontsize="small")
     runs = ds.sizes["run"]
-    title = f"{ds.attrs['title']}: " if ds.attrs.get("title") else ""
-    entitle(drawn, title + (f"medians of {runs:,} runs" if runs > 1 else "1 run at each point"))
+    entitle(drawn, str(ds.attrs.get("title", "")), f"medians of {runs:,} runs" if runs > 1 else "1 run at each point")
     return drawn
 
 
