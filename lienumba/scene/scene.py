@@ -259,7 +259,7 @@ def reach(run: MovingRun) -> float:
     return float(max(bodies.max(), joints.max(initial=0.0)))
 
 
-def window(runs: Sequence[MovingRun]) -> tuple[np.ndarray, float]:
+def window(runs: Sequence[MovingRun]) -> tuple[np.ndarray, np.ndarray]:
     """The cube that travels with runs, all at the same times.
 
     Parameters
@@ -271,12 +271,12 @@ def window(runs: Sequence[MovingRun]) -> tuple[np.ndarray, float]:
     -------
     middle : numpy.ndarray
         (T, 3) in m, global frame: halfway between the mass centres of the runs.
-    half : float
-        Half its edge in m.
+    half : numpy.ndarray
+        (T, 1) in m: half its edge, larger where runs are apart.
     """
     paths = np.stack([centre(run) for run in runs])
     middle = 0.5 * (paths.min(axis=0) + paths.max(axis=0))
-    return middle, float(abs(paths - middle).max()) + ROOM * max(map(reach, runs))
+    return middle, abs(paths - middle).max(axis=(0, 2))[:, None] + ROOM * max(map(reach, runs))
 
 
 def box(runs: Sequence[MovingRun]) -> tuple[np.ndarray, np.ndarray]:

@@ -179,8 +179,8 @@ def test_the_view_travels_with_what_would_be_too_small():
         for run in runs:
             (solid,) = run.mechanism.solids
             corners = run.positions + solid.vertices @ np.swapaxes(run.rotations[:, 0], 1, 2)
-            assert (abs(corners - middle[:, None]) <= half).all()
-            assert (np.ptp(corners, axis=1).max(axis=1) >= 0.25 * half).all()
+            assert (abs(corners - middle[:, None]) <= half[..., None]).all()
+            assert (np.ptp(corners, axis=1).max(axis=1) >= 0.25 * half[:, 0]).all()
     assert not scene(gallery("rolling_disc")).followed
 
 

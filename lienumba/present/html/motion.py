@@ -106,7 +106,7 @@ def data(found: Scene, gravity: Sequence[float | str]) -> Json:
         "eye": eye.tolist(),
         "up": up.tolist(),
         "bodies": list(found.runs[0].mechanism.bodies),
-        "compared": next((n for n, run in enumerate(found.runs) if n and run.why.startswith("farthest")), 0),
+        "compared": _compared(found),
         "figures": [*figures.values()],
         "runs": [
             _run(run, per_run) | {"figure": [*figures].index(key), **_followed(found, run)}
@@ -127,6 +127,12 @@ def _run(run: MovingRun, most: int) -> Json:
         "quaternions": packed(np.rint(UNIT * quaternions(run.rotations[kept])).ravel(), "i2"),
         **_switching(run, kept),
     }
+
+
+def _compared(found: Scene) -> int:
+    """The run beside the first when the page opens: the farthest, unless a view that has both would make them small."""
+    farthest = (n for n, run in enumerate(found.runs) if n and run.why.startswith("farthest"))
+    return 0 if found.followed else next(farthest, 0)
 
 
 def _followed(found: Scene, run: MovingRun) -> Json:

@@ -95,7 +95,7 @@ def test_sensitivity_is_that_of_the_analysis():
     expected = found["rank_correlation"].sel(input=ranks["x"], output=ranks["y"]).transpose("output", "input")
     assert array(ranks["z"]) == pytest.approx(expected.values)
     strongest = str(abs(found.rank_correlation.sel(output="tip.x")).idxmax().item())
-    (points,) = page.chart(f"tip.x over {strongest}")["traces"]
+    (points,) = page.chart(f"tip.x (m) over {strongest}")["traces"]
     assert array(points["x"]) == pytest.approx(ds[strongest].values[1:])
     assert array(points["y"]) == pytest.approx(ds["tip"].values[1:, -1, 0])
 
@@ -141,9 +141,8 @@ def test_a_study():
     errors = np.array([0.08, 0.04, 0.02, 0.01]) ** np.array([[2.0], [4.0]])
     page = Read(page_of(study(errors[None], floor=1e-12), "made.nc"))
     assert "8 points, each with 1 run, none failed." in page.text
-    assert [text.split(" over ")[0] for _, text in page.captions[:2]] == ["largest position error"] * 1 + [
-        "largest velocity error"
-    ]
+    errors_shown = [text.split(" over ")[0] for _, text in page.captions[:2]]
+    assert errors_shown == ["largest position error (m)", "largest velocity error (m/s)"]
     first = page.chart("largest position error (m) over the mean step")["traces"][0]
     assert sorted(array(first["y"])) == pytest.approx(sorted(errors[0]))
     assert "2.00" in page.text

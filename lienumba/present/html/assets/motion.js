@@ -17,7 +17,7 @@ function numbers(packed) {
 
 const motion = { time: 0, playing: false, speed: 1, first: 0, second: -1, drawn: false };
 
-const ROOM = 1.2, LOW = 0.05; // around the box for numbers, which are below it
+const ROOM = 1.2, NARROW_ROOM = 1.45, LOW = 0.05; // around the box for numbers, which are below it
 const MANY = 20; // bodies or joints, whose marks and axes would hide them
 
 const arrays = (thing, keys) => Object.fromEntries(keys.map((key) => [key, numbers(thing[key])]));
@@ -217,25 +217,22 @@ function seen(point, projection) {
 const LIGHT = [-1.5, 2, 1.5, 1]; // to the left of the eye, above it, behind it
 const ANYWHERE = [[-1e6, -1e6, -1e6], [1e6, 1e6, 1e6]];
 
-/** The middle of the mass centres of runs at a time, and how far they are from it. */
-function centre(runs, t) {
+/** The corners of the cube that travels with runs: halfway between their mass centres, with room for each. */
+function cube(runs, t) {
   const at = runs.map((run) => {
     const [i, u] = between(run.times, t);
     return [0, 1, 2].map((c) => run.shares.reduce((sum, share, b) => sum + share * along(run, b, c, i, u), 0));
   });
   const middle = [0, 1, 2].map((c) => (Math.min(...at.map((x) => x[c])) + Math.max(...at.map((x) => x[c]))) / 2);
-  return { middle, apart: Math.max(...at.flatMap((x) => x.map((e, c) => Math.abs(e - middle[c])))) };
-}
-
-/** Half the edge of the cube that travels with runs. */
-function halfEdge(runs) {
-  return Math.max(...runs.map((run) => run.half)) + runs[0].times.reduce((most, t) => Math.max(most, centre(runs, t).apart), 0);
+  const apart = Math.max(...at.flatMap((x) => x.map((e, c) => Math.abs(e - middle[c]))));
+  const half = apart + Math.max(...runs.map((run) => run.half));
+  return { low: middle.map((x) => x - half), high: middle.map((x) => x + half) };
 }
 
 /** Let the view travel: its axes and what it hides are those of a cube about the runs at a time. */
-function travel(stage, runs, t, half) {
-  const { glplot, dataScale } = stage._fullLayout.scene._scene;
-  centre(runs, t).middle.forEach((x, c) => glplot.setBounds(c, { min: (x - half) * dataScale[c], max: (x + half) * dataScale[c] }));
+function travel(stage, runs, t) {
+  const { glplot, dataScale } = stage._fullLayout.scene._scene, { low, high } = cube(runs, t);
+  low.forEach((x, c) => glplot.setBounds(c, { min: x * dataScale[c], max: high[c] * dataScale[c] }));
 }
 
 /** Draw the runs at a time. A body moves by the matrix with which the graphics card draws its mesh; its corners stay. */
@@ -282,7 +279,7 @@ function space({ low, high, eye, up }) {
     tickfont: { size: narrow ? 9 : 11, color: DIM }, nticks: extent[c] > 0.35 * largest ? (narrow ? 4 : 6) : 3,
     gridcolor: LINE, zerolinecolor: LINE, linecolor: LINE, showbackground: false, showspikes: false, exponentformat: "power",
   });
-  const near = ROOM * distance(eye, up, aspect, stage.clientWidth / stage.clientHeight) / Math.hypot(...eye);
+  const near = (narrow ? NARROW_ROOM : ROOM) * distance(eye, up, aspect, stage.clientWidth / stage.clientHeight) / Math.hypot(...eye);
   const [x, y, z] = eye;
   return {
     paper_bgcolor: "rgba(0,0,0,0)", font: { color: INK }, margin: { l: 0, r: 0, t: 0, b: 0 }, uirevision: "kept",
@@ -305,18 +302,12 @@ async function showMotion(data) {
   const digits = Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(data.duration || 1))));
 
   const followed = runs[0].shares !== undefined;
-  let half = 0;
   const move = () => {
-    if (followed) travel(stage, shown(), motion.time, half);
+    if (followed) travel(stage, shown(), motion.time);
     pose(stage, shown(), motion.time);
     tell();
   };
-  const view = () => {
-    if (!followed) return data;
-    half = halfEdge(shown());
-    const { middle } = centre(shown(), motion.time), [low, high] = [-half, half].map((x) => middle.map((m) => m + x));
-    return { ...data, low, high };
-  };
+  const view = () => (followed ? { ...data, ...cube(shown(), motion.time) } : data);
   const redraw = async () => {
     await Plotly.react(stage, drawn(data, shown(), motion.time), space(view()), QUIET);
     move();
