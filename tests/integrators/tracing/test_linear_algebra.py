@@ -10,7 +10,6 @@ from lienumba.integrators.tracing.linear.algebra import (
     eigenvectors,
     grows,
     transposed,
-    unit_rows,
 )
 
 
@@ -23,7 +22,7 @@ def constraints(runs: int = 5) -> np.ndarray:
 
 
 def test_a_null_space_is_one_and_leaves_untouched_coordinates_alone():
-    C, _ = unit_rows(constraints())
+    C = constraints()
     space = NullSpace.of(C, 1e-9)
     assert space.rank.tolist() == [3] * 5
     assert (space.independent.sum(axis=1) == 4).all()
@@ -32,8 +31,11 @@ def test_a_null_space_is_one_and_leaves_untouched_coordinates_alone():
     for basis, independent in zip(space.basis, space.independent, strict=True):
         np.testing.assert_array_equal(basis[independent][:, independent], np.eye(4))
         assert not basis[:, ~independent].any()
-    given = NullSpace.of(C, 1e-9, independent=space.independent[0])
+    given = space.along(space.independent[0])
     np.testing.assert_allclose(C @ given.basis, 0.0, atol=1e-12)
+    b = C[:, :, :2]
+    np.testing.assert_allclose(C @ given.dependent(b), b, atol=1e-12)
+    assert not given.dependent(b)[:, space.independent[0]].any()
 
 
 def test_of_equal_columns_the_first_is_independent():
@@ -45,12 +47,23 @@ def test_redundant_rows_have_the_shortest_solutions():
     C = constraints()
     x = np.random.default_rng(3).normal(size=(5, 7))
     b = (C @ x[:, :, None])[:, :, 0]
-    space = NullSpace.of(C, 1e-9)
+    inverse = NullSpace.of(C, 1e-9).inverse
     for run in range(5):
         shortest = np.linalg.lstsq(C[run], b[run], rcond=1e-9)[0]
-        np.testing.assert_allclose(space.shortest(b)[run], shortest, atol=1e-12)
-        multipliers = np.linalg.lstsq(C[run].T, x[run], rcond=1e-9)[0]
-        np.testing.assert_allclose(space.multipliers(x)[run], multipliers, atol=1e-12)
+        np.testing.assert_allclose(inverse[run] @ b[run], shortest, atol=1e-12)
+
+
+def test_a_motion_is_that_of_the_equations_with_multipliers():
+    """Without the redundant row these have one solution."""
+    C, rng = constraints(), np.random.default_rng(5)
+    M, g, x = np.diag(rng.uniform(1.0, 3.0, 7)), rng.normal(size=(5, 7, 1)), rng.normal(size=(5, 7, 1))
+    motion, multipliers = NullSpace.of(C, 1e-9).motion(np.broadcast_to(M, (5, 7, 7)), g, C @ x)
+    for run in range(5):
+        own = C[run, :3]
+        whole = np.block([[M, own.T], [own, np.zeros((3, 3))]])
+        expected = np.linalg.solve(whole, np.concatenate([g[run], own @ x[run]]))[:7]
+        np.testing.assert_allclose(motion[run], expected, atol=1e-12)
+        np.testing.assert_allclose(M @ motion[run] + C[run].T @ multipliers[run], g[run], atol=1e-12)
 
 
 def test_a_run_that_is_not_finite_is_nan_alone():

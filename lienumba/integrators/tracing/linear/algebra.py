@@ -3,7 +3,7 @@
 LAPACK does the work, by NumPy and SciPy. A matrix that is not finite gives NaN in its own run and nowhere else.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -50,65 +50,69 @@ def unit_rows(C: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class NullSpace:
-    """The null space of C (runs, m, n) in coordinates: independent ones move freely, the others follow.
+    """The null space of constraints in coordinates: independent ones move freely, the others follow.
 
-    rank (runs,): of C; independent (runs, n): which coordinates are; basis (runs, n, n): column j is the motion with
-    the independent coordinate j = 1 and all other independent ones 0, and zero where j is dependent. So constraints
-    that do not touch a coordinate leave exact zeros there.
+    C (runs, m, n): the Jacobians, with rows of length 1 or 0; lengths (runs, m): of the rows before that; independent
+    (runs, n): which coordinates are; basis (runs, n, n): column j is the motion with the independent coordinate j = 1
+    and all other independent ones 0, and zero where j is dependent. So constraints that do not touch a coordinate leave
+    exact zeros there.
     """
 
     C: Array
-    rank: Array
+    lengths: Array
     independent: Array
     basis: Array
 
     @staticmethod
-    def of(C: Array, rtol: float, most: Array | None = None, independent: Array | None = None) -> "NullSpace":
-        """By QR decompositions with column pivoting.
+    def of(C: Array, rtol: float, max_rank: Array | None = None) -> "NullSpace":
+        """Choose independent coordinates by QR decompositions with column pivoting.
 
         Parameters
         ----------
         C : ndarray (runs, m, n)
-            Constraint Jacobians with rows of length 1 or 0.
+            Constraint Jacobians.
         rtol : float
             A diagonal element of R below this, relative to the largest, counts as zero.
-        most : ndarray (runs,), optional
+        max_rank : ndarray (runs,), optional
             The largest rank that C may have.
-        independent : ndarray (n,), optional
-            Which coordinates are independent, where that is decided.
         """
-        runs, m, n = C.shape
-        rank, free = np.zeros(runs, np.int64), np.ones((runs, n), bool)
-        basis = np.broadcast_to(np.eye(n), (runs, n, n)).copy()
-        if not m or not C.any():
-            return NullSpace(C, rank, free, basis)
-        for run, own in enumerate(C):
-            if not np.isfinite(own).all():
-                basis[run] = np.nan
-                continue
-            if independent is None:
-                R, order = qr(own * (1.0 + TIE * np.arange(n)), mode="r", pivoting=True)
-                size = np.abs(R.diagonal())
-                r = int((size > rtol * size.max(initial=0.0)).sum())
-                r = r if most is None else min(r, int(most[run]))
-            else:
-                order, r = np.argsort(independent, kind="stable"), n - int(independent.sum())
-            R = qr(own[:, order], mode="r")[0]
-            follows, leads = order[:r], order[r:]
-            rank[run], free[run, follows] = r, False
-            basis[run, :, follows] = 0.0
-            basis[run, follows[:, None], leads] = -solve_triangular(R[:r, :r], R[:r, r:])
-        return NullSpace(C, rank, free, basis)
+        C, lengths = unit_rows(C)
+        independent = np.ones((len(C), C.shape[2]), bool)
+        for run in np.flatnonzero(is_finite(C)) if C.size else ():
+            R, order = qr(C[run] * (1.0 + TIE * np.arange(C.shape[2])), mode="r", pivoting=True)
+            size = np.abs(R.diagonal())
+            rank = int((size > rtol * size.max()).sum())
+            independent[run, order[: rank if max_rank is None else min(rank, max_rank[run])]] = False
+        return NullSpace(C, lengths, independent, _basis(C, independent))
+
+    def along(self, independent: Array) -> "NullSpace":
+        """The null space with these independent coordinates (n,)."""
+        if (self.independent == independent).all():
+            return self
+        chosen = np.broadcast_to(independent, self.independent.shape)
+        return replace(self, independent=chosen, basis=_basis(self.C, chosen))
+
+    def part(self, runs: Array) -> "NullSpace":
+        """The null spaces of these runs alone."""
+        return NullSpace(self.C[runs], self.lengths[runs], self.independent[runs], self.basis[runs])
+
+    @property
+    def rank(self) -> Array:
+        """The rank of C (runs,)."""
+        rank: Array = (~self.independent).sum(axis=1)
+        return rank
 
     @cached_property
-    def _inverse(self) -> Array:
+    def inverse(self) -> Array:
+        """The pseudo-inverse of C (runs, n, m) before its rows had length 1: C x = b has the shortest solution
+        x = inverse b."""
         finite = is_finite(self.C)
-        found = np.full(transposed(self.C).shape, np.nan)
+        inverse = np.full(transposed(self.C).shape, np.nan)
         U, S, Vt = np.linalg.svd(self.C[finite], full_matrices=False)
         counts = np.arange(S.shape[1]) < self.rank[finite][:, None]
         weights = np.where(counts, 1.0 / np.where(counts, S, 1.0), 0.0)
-        found[finite] = (transposed(Vt) * weights[:, None, :]) @ transposed(U)
-        return found
+        inverse[finite] = (transposed(Vt) * weights[:, None, :]) @ transposed(U)
+        return inverse / self.lengths[:, None, :]
 
     def fits(self, independent: Array) -> Array:
         """Whether these coordinates (n,) are independent in each run, and far from being dependent (runs,)."""
@@ -117,27 +121,39 @@ class NullSpace:
         finite = is_finite(self.C)
         C = np.where(finite[:, None, None], self.C, 0.0)
         own, every = (np.linalg.svd(x, compute_uv=False)[:, rank - 1] for x in (C[:, :, ~independent], C))
-        found: Array = finite & (self.rank == rank) & (own > FITS_RTOL * every)
-        return found
+        fits: Array = finite & (self.rank == rank) & (own > FITS_RTOL * every)
+        return fits
 
     def masses(self, M: Array) -> Array:
         """The masses (runs, n, n) of the independent coordinates, and the unit matrix for the dependent ones."""
-        found: Array = transposed(self.basis) @ M @ self.basis
+        masses: Array = transposed(self.basis) @ M @ self.basis
         dependent = np.where(self.independent, 0.0, 1.0)
-        return found + dependent[:, :, None] * np.eye(M.shape[1])
+        return masses + dependent[:, :, None] * np.eye(M.shape[1])
 
-    def part(self, runs: Array) -> "NullSpace":
-        """Return the null spaces of these runs alone."""
-        return NullSpace(self.C[runs], self.rank[runs], self.independent[runs], self.basis[runs])
+    def dependent(self, b: Array) -> Array:
+        """Solve C x = b (runs, m, k) by the x that is 0 in the independent coordinates."""
+        x = self.inverse @ b
+        return x - self.basis @ x
 
-    def shortest(self, b: Array) -> Array:
-        """Solve C x = b by the shortest x; b (runs, m) or (runs, m, k)."""
-        return applied(self._inverse, b) if b.ndim == 2 else self._inverse @ b
+    def motion(self, M: Array, g: Array, b: Array) -> tuple[Array, Array]:
+        """Solve M x + C^T mu = g (runs, n, k) and C x = b (runs, m, k); of redundant rows mu is the shortest."""
+        x = self.dependent(b)
+        x = x + self.basis @ accelerations(self.masses(M), transposed(self.basis) @ (g - M @ x))
+        return x, transposed(self.inverse) @ (g - M @ x)
 
-    def multipliers(self, g: Array) -> Array:
-        """Solve C^T mu = g by the shortest mu, as far as rows can; g (runs, n) or (runs, n, k)."""
-        inverse = transposed(self._inverse)
-        return applied(inverse, g) if g.ndim == 2 else inverse @ g
+
+def _basis(C: Array, independent: Array) -> Array:
+    """The basis of a null space in these coordinates (runs, n), from a QR decomposition with the dependent ones first."""
+    runs, _, n = C.shape
+    basis = np.broadcast_to(np.eye(n), (runs, n, n)).copy()
+    finite = is_finite(C)
+    basis[~finite] = np.nan
+    for run in np.flatnonzero(finite & ~independent.all(axis=1)):
+        follows, leads = np.flatnonzero(~independent[run]), np.flatnonzero(independent[run])
+        R, r = qr(C[run][:, [*follows, *leads]], mode="r")[0], len(follows)
+        basis[run, :, follows] = 0.0
+        basis[run, follows[:, None], leads] = -solve_triangular(R[:r, :r], R[:r, r:])
+    return basis
 
 
 def accelerations(M: Array, b: Array) -> Array:

@@ -13,7 +13,7 @@ import numpy as np
 
 from lienumba.compiler.memo import Memo
 from lienumba.integrators.tracing.law_states import LawStates
-from lienumba.integrators.tracing.linear.algebra import Array, NullSpace, unit_rows
+from lienumba.integrators.tracing.linear.algebra import Array, NullSpace, applied
 from lienumba.integrators.tracing.linear.equations import Equations, Linear, RunsNumbers
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.integrators.tracing.linear.outputs import LinearOutputs
@@ -94,7 +94,7 @@ class Balance:
         self.most = np.full(runs, min(self.m, self.n))
         every = np.arange(runs)  # where it starts the mechanism is closed, and its redundant rows are
         at = self.at(self.state, np.zeros((runs, self.n)), self.mu, every, self.constraints)
-        self.others = self.null_space(at, every)[0].rank
+        self.others = self.null_space(at, every).rank
         self.most = self.others.copy()
         self.supports = Supports.of(tracer, model, rows, self.equations.used, self.turns)
         self.support(every[(self.supports.on != OFF).any(axis=0)])
@@ -128,10 +128,9 @@ class Balance:
         a = np.zeros((len(which), self.n)) if motion is None else motion.a
         return state, self.at(state, a, self.mu[which], which, equations), motion
 
-    def null_space(self, at: Linear, which: Array) -> tuple[NullSpace, Array]:
-        """Of C in scaled coordinates, with rows of length 1; and their lengths (runs, m)."""
-        C, lengths = unit_rows(self.scaled_rows(at, which))
-        return NullSpace.of(C, LOOP_RTOL, self.most[which]), lengths
+    def null_space(self, at: Linear, which: Array) -> NullSpace:
+        """The null space of C in scaled coordinates."""
+        return NullSpace.of(self.scaled_rows(at, which), LOOP_RTOL, self.most[which])
 
     def scaled_rows(self, at: Linear, which: Array) -> Array:
         """C in scaled coordinates (runs, m, n)."""
@@ -145,7 +144,7 @@ class Balance:
         self.supports.write(self.state, which)
         at = self.at(self.state[:, which], np.zeros((len(which), self.n)), self.mu[which], which, self.constraints)
         space, own = self.supports.apart(self.scaled_rows(at, which), self.others[which])
-        self.most[which] = space.rank + NullSpace.of(unit_rows(own)[0], LOOP_RTOL).rank
+        self.most[which] = space.rank + NullSpace.of(own, LOOP_RTOL).rank
 
     def with_rates(self, state: Array, rates: Array) -> Array:
         """States with these velocities (runs, n)."""
@@ -157,8 +156,7 @@ class Balance:
         """The least change of velocities (runs, n) that fulfils the constraints."""
         runs = len(which)
         at = self.at(state, np.zeros((runs, self.n)), np.zeros((runs, self.m)), which, self.constraints)
-        space, lengths = self.null_space(at, which)
-        return -space.shortest(at.vector("rates", runs) / lengths) * self.sizes[which]
+        return -applied(self.null_space(at, which).inverse, at.vector("rates", runs)) * self.sizes[which]
 
     def moving(self, state: Array, which: Array) -> tuple[Array, Motion | None]:
         """The states with the velocities of the rotation, and the motion; None at rest."""
@@ -171,11 +169,10 @@ class Balance:
         state = self.with_rates(state, own.rates)
         state = self.with_rates(state, np.where(turns[:, None], own.rates + self.asked(state, which), 0.0))
         at = self.at(state, own.accelerations, np.zeros((runs, self.m)), which, self.constraint_slopes)
-        space, lengths = self.null_space(at, which)
+        inverse = sizes[:, :, None] * self.null_space(at, which).inverse
 
         def least(b: Array) -> Array:
-            found = space.shortest(b / lengths[:, :, None]) * sizes[:, :, None]
-            return np.where(turns[:, None, None], found, 0.0)
+            return np.where(turns[:, None, None], inverse @ b, 0.0)
 
         a = own.accelerations + least(at.vector("rows", runs)[:, :, None])[:, :, 0]
         changes = at.dense("rates", "q", runs) + at.dense("rates", "v", runs) @ own.rates_by

@@ -153,17 +153,15 @@ class _Search(Stepping):
             return np.ones(len(which), bool)
         runs, rates = len(which), state[self.rates].T
         speed = np.linalg.norm(self.rotation[:, which], axis=0)
-        _, lengths = self.null_space(at, which)
-        unmet = np.abs(at.vector("rates", runs) / lengths).max(axis=1, initial=0.0)
+        unmet = np.abs(at.vector("rates", runs) / self.null_space(at, which).lengths).max(axis=1, initial=0.0)
         good = motion.carried.turns(self.tree, rates, STEADY_RTOL * speed) & (unmet <= STEADY_RTOL * speed)
         scale = self.first[which]
         for angle in TURNED:
             ahead = motion.carried.ahead(self.tree, rates, np.where(speed > 0.0, speed, 1.0), angle)
             later = self.moved(state, ahead, np.zeros((runs, self.tracer.laws)), which)
             _, there, _ = self.evaluated(later, which, self.equations)
-            along = applied(
-                transposed(self.null_space(there, which)[0].basis), there.vector("along", runs) * self.sizes[which]
-            )
+            basis = self.null_space(there, which).basis
+            along = applied(transposed(basis), there.vector("along", runs) * self.sizes[which])
             good &= np.abs(along).max(axis=1, initial=0.0) <= STEADY_RTOL * scale
             change = np.abs(there.vector("laws", runs) - at.vector("laws", runs))
             good &= change.max(axis=1, initial=0.0) <= STEADY_RTOL * speed

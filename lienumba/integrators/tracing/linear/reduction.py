@@ -16,9 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lienumba.integrators.tracing.linear.algebra import Array, NullSpace, accelerations, transposed, unit_rows
-
-REDUNDANT_RTOL = 1e-9  # relative to the largest diagonal element of R: a smaller one is of a redundant row
+from lienumba.integrators.tracing.linear.algebra import Array, NullSpace
 
 
 @dataclass(frozen=True)
@@ -27,8 +25,8 @@ class Blocks:
     rates: the constraints C."""
 
     M: Array
-    places: "Constraints"
-    rates: "Constraints"
+    places: NullSpace
+    rates: NullSpace
     F: Mapping[str, Array]
     G: Mapping[str, Array]
     H: Mapping[str, Array]
@@ -39,13 +37,13 @@ class Blocks:
 
     def independent(self, run: int) -> tuple[Array, Array]:
         """Which numbers of dq and of dv are independent in a run (n,)."""
-        return self.places.space.independent[run], self.rates.space.independent[run]
+        return self.places.independent[run], self.rates.independent[run]
 
     def fits(self, runs: Array, independent: tuple[Array, Array]) -> Array:
         """In which of these runs such numbers are independent, far from dependent."""
-        places, rates = (x.space.part(runs) for x in (self.places, self.rates))
-        found: Array = places.fits(independent[0]) & rates.fits(independent[1])
-        return found
+        places, rates = (x.part(runs) for x in (self.places, self.rates))
+        fits: Array = places.fits(independent[0]) & rates.fits(independent[1])
+        return fits
 
 
 @dataclass(frozen=True)
@@ -66,8 +64,9 @@ def reduced(blocks: Blocks, independent: tuple[Array, Array]) -> Reduced:
     """Reduce runs in which these numbers of dq and of dv (n,) are independent."""
     b, runs, n = blocks, len(blocks.M), blocks.M.shape[1]
     s, u = b.F["laws"].shape[2], b.F["inputs"].shape[2]
-    places, rates = _Free.of(b.places, independent[0]), _Free.of(b.rates, independent[1])
-    y, z = len(places.chosen), len(rates.chosen)
+    places, rates = b.places.along(independent[0]), b.rates.along(independent[1])
+    chosen = np.flatnonzero(independent[0]), np.flatnonzero(independent[1])
+    y, z = map(len, chosen)
     size = y + z + s
 
     def zeros(rows: int) -> Array:
@@ -76,71 +75,20 @@ def reduced(blocks: Blocks, independent: tuple[Array, Array]) -> Reduced:
     states, ends = (slice(0, y), slice(y, y + z), slice(y + z, size)), slice(size, size + u)
     dq, dv, ds, du = zeros(n), zeros(n), zeros(s), zeros(u)
     ds[:, :, states[2]], du[:, :, ends] = np.eye(s), np.eye(u)
-    dq[:, :, states[0]], dv[:, :, states[1]] = places.basis, rates.basis
-    dq += places.solved(b.P @ du)
-    dv -= rates.solved(b.H["q"] @ dq + b.H["inputs"] @ du)
+    dq[:, :, states[0]], dv[:, :, states[1]] = places.basis[:, :, chosen[0]], rates.basis[:, :, chosen[1]]
+    dq += places.dependent(b.P @ du)
+    dv -= rates.dependent(b.H["q"] @ dq + b.H["inputs"] @ du)
     every = {"q": dq, "v": dv, "laws": ds, "inputs": du}
 
     def sums(of: Mapping[str, Array], rows: int, by: Mapping[str, Array]) -> Array:
         return sum((of[name] @ x for name, x in by.items() if name in of), zeros(rows))
 
-    force = sums(b.F, n, every)
-    da = rates.solved(sums(b.G, b.P.shape[1], every))
-    along = transposed(rates.basis)
-    da += rates.basis @ accelerations(along @ b.M @ rates.basis, along @ (force - b.M @ da))
-    dmu = b.rates.multipliers(force - b.M @ da)
+    da, dmu = rates.motion(b.M, sums(b.F, n, every), sums(b.G, b.P.shape[1], every))
     slopes = [
-        np.take(dv + b.gamma @ dq, places.chosen, axis=1),
-        np.take(da + b.turning @ dv, rates.chosen, axis=1),
+        (dv + b.gamma @ dq)[:, chosen[0]],
+        (da + b.turning @ dv)[:, chosen[1]],
         sums(b.laws, s, {**every, "a": da, "mu": dmu}),
     ]
     whole = np.concatenate(slopes, axis=1)
     q, v, a, mu = ((x[:, :, :size], x[:, :, size:]) for x in (dq, dv, da, dmu))
-    return Reduced(whole[:, :, :size], whole[:, :, size:], q, v, a, mu, (places.chosen, rates.chosen))
-
-
-@dataclass(frozen=True)
-class Constraints:
-    """C with rows of length 1, and their lengths (runs, rows)."""
-
-    space: NullSpace
-    lengths: Array
-
-    @staticmethod
-    def of(C: Array) -> "Constraints":
-        own, lengths = unit_rows(C)
-        return Constraints(NullSpace.of(own, REDUNDANT_RTOL), lengths)
-
-    def part(self, runs: Array) -> "Constraints":
-        """Return the constraints of these runs alone."""
-        return Constraints(self.space.part(runs), self.lengths[runs])
-
-    def shortest(self, wanted: Array) -> Array:
-        """Solve C x = wanted (runs, rows, k) by the shortest x (runs, n, k)."""
-        return self.space.shortest(wanted / self.lengths[:, :, None])
-
-    def multipliers(self, g: Array) -> Array:
-        """Solve C^T mu = g (runs, n, k) by the shortest mu (runs, rows, k), as far as rows can."""
-        return self.space.multipliers(g) / self.lengths[:, :, None]
-
-
-@dataclass(frozen=True)
-class _Free:
-    """A basis (runs, n, f) of the null space, the unit matrix in its `chosen` rows."""
-
-    constraints: Constraints
-    basis: Array
-    chosen: Array
-
-    @staticmethod
-    def of(constraints: Constraints, independent: Array) -> "_Free":
-        space = constraints.space
-        if not (space.independent == independent).all():
-            space = NullSpace.of(space.C, REDUNDANT_RTOL, independent=independent)
-        kept = np.flatnonzero(independent)
-        return _Free(constraints, space.basis[:, :, kept], kept)
-
-    def solved(self, wanted: Array) -> Array:
-        """Solve C x = wanted by an x that is 0 in the chosen coordinates."""
-        x = self.constraints.shortest(wanted)
-        return x - self.basis @ np.take(x, self.chosen, axis=1)
+    return Reduced(whole[:, :, :size], whole[:, :, size:], q, v, a, mu, chosen)

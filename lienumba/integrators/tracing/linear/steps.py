@@ -107,11 +107,11 @@ class Stepping(Balance):
         """The equations where these runs are, with the multipliers of this place."""
         runs, D = len(which), self.sizes[which]
         state, at, _ = self.evaluated(self.state[:, which], which, self.masses)
-        space, lengths = self.null_space(at, which)
+        space = self.null_space(at, which)
         N, Nt = space.basis, transposed(space.basis)
-        self.mu[which] += space.multipliers(at.vector("along", runs) * D) / lengths
+        self.mu[which] += applied(transposed(space.inverse), at.vector("along", runs) * D)
         state, at, motion = self.evaluated(self.state[:, which], which, self.equations)
-        closing = space.shortest(-at.vector("positions", runs) / lengths)
+        closing = applied(space.inverse, -at.vector("positions", runs))
         slopes = by_places(at, "along", motion, runs) * D[:, None, :] * D[:, :, None]
         force = applied(Nt, at.vector("along", runs) * D + applied(slopes, closing))
         K, S = -Nt @ slopes @ N, Nt @ (at.dense("along", "laws", runs) * D[:, :, None])

@@ -24,7 +24,6 @@ from lienumba.integrators.tracing.linear.algebra import (
     accelerations,
     applied,
     transposed,
-    unit_rows,
 )
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.mechanics.mechanism.kinematics import OFF, SLIDE, STICK
@@ -115,7 +114,7 @@ class Supports:
         """The null space of the other rows of C (runs, rows, n), and the rows of contacts and stops along it."""
         others = C.copy()
         others[:, self.columns] = 0.0
-        space = NullSpace.of(unit_rows(others)[0], LOOP_RTOL, most)
+        space = NullSpace.of(others, LOOP_RTOL, most)
         return space, C[:, self.columns] @ space.basis
 
     def stays(self, C: Array, M: Array, f: Array, most: Array, which: Array) -> tuple[Array, Array]:

@@ -8,18 +8,19 @@ import numpy as np
 
 from lienumba.groups import so3
 from lienumba.groups.state import ELEMENT
-from lienumba.integrators.tracing.linear.algebra import Array, accelerations, eigenvalues, transposed
+from lienumba.integrators.tracing.linear.algebra import Array, NullSpace, eigenvalues, transposed
 from lienumba.integrators.tracing.linear.equations import Equations, Linear, RunsNumbers
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.integrators.tracing.linear.outputs import LinearOutputs, turning_links
 from lienumba.integrators.tracing.linear.recorded import recorded
-from lienumba.integrators.tracing.linear.reduction import Blocks, Constraints, Reduced, reduced
+from lienumba.integrators.tracing.linear.reduction import Blocks, Reduced, reduced
 from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import GROUND, Model, at_time
 from lienumba.mechanics.mechanism.moves import Free
 from lienumba.mechanics.system.constraints import constraints_of
 from lienumba.numerics.operations import sqrt
 
+REDUNDANT_RTOL = 1e-9  # relative to the largest diagonal element of R: a smaller one is of a redundant row
 AT_ONCE = 2048  # runs, so that what is computed for them stays in the cache
 BY = ("q", "v", "laws", "inputs")
 STILL = (0.0, 0.0, 0.0)
@@ -109,7 +110,7 @@ class Recorded:
                 blocks, seen, bodies = self._blocks(some, axes[part])
             good = some.good & np.isfinite(blocks.M).all(axis=(1, 2))
             good &= np.isfinite(blocks.F["q"]).all(axis=(1, 2)) & np.isfinite(blocks.F["v"]).all(axis=(1, 2))
-            ranks = np.stack([blocks.places.space.rank, blocks.rates.space.rank], axis=1)
+            ranks = np.stack([blocks.places.rank, blocks.rates.rank], axis=1)
             for rank in np.unique(ranks[good], axis=0):
                 left, kind = np.flatnonzero(good & (ranks == rank).all(axis=1)), tuple(rank.tolist())
                 while len(left):
@@ -141,11 +142,8 @@ class Recorded:
         """The accelerations and multipliers of all runs, each number (runs,); of redundant rows the shortest ones."""
         n, m, runs = len(self.equations.columns["a"]), len(self.equations.columns["mu"]), len(states.labels)
         still = self._at(self.equations.only(("a", "mu")), states, [0.0] * n, [0.0] * m)
-        M, constraints = -still.dense("along", "a", runs), Constraints.of(-still.dense("rows", "a", runs))
-        force, N = still.vector("along", runs)[:, :, None], constraints.space.basis
-        a = constraints.shortest(still.vector("rows", runs)[:, :, None])
-        a += N @ accelerations(constraints.space.masses(M), transposed(N) @ (force - M @ a))
-        mu = constraints.multipliers(force - M @ a)
+        M, space = -still.dense("along", "a", runs), NullSpace.of(-still.dense("rows", "a", runs), REDUNDANT_RTOL)
+        a, mu = space.motion(M, still.vector("along", runs)[:, :, None], still.vector("rows", runs)[:, :, None])
         return list(a[:, :, 0].T), list(mu[:, :, 0].T)
 
     def _at(self, equations: Equations, states: States, a: Sequence[Any], mu: Sequence[Any]) -> Linear:
@@ -169,8 +167,8 @@ class Recorded:
         held = np.array([levels[row] for row in self.equations.used], bool)[:, None]
         F = {by: T @ x if turns else x for by, x in blocks("along").items()}
         G, P = blocks("rows"), -found.dense("positions", "inputs", runs)
-        rates = Constraints.of(-G["a"])
-        places = rates if held.all() else Constraints.of(np.where(held, -G["a"], 0.0))
+        rates = NullSpace.of(-G["a"], REDUNDANT_RTOL)
+        places = rates if held.all() else NullSpace.of(np.where(held, -G["a"], 0.0), REDUNDANT_RTOL)
         P = np.where(held, P, 0.0)
         made = Blocks(-F["a"], places, rates, F, G, blocks("rates"), P, gamma, carried, blocks("laws"))
         return made, blocks("seen"), along_axes(found.dense("bodies", "v", runs))
@@ -226,7 +224,7 @@ def _system(runs: Array, found: Reduced, seen: Mapping[str, Array], bodies: Arra
 
 def _of(blocks: Blocks, runs: Array) -> Blocks:
     def some(x: Any) -> Any:
-        if isinstance(x, Constraints):
+        if isinstance(x, NullSpace):
             return x.part(runs)
         return {name: y[runs] for name, y in x.items()} if isinstance(x, dict) else x[runs]
 
