@@ -1,23 +1,20 @@
-"""`lienumba.equilibrium`: where every run of a scenario rests, and whether it stays there."""
+"""`lienumba.equilibrium`: the equilibrium of every run of a scenario, and its stability."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lienumba.batch.statuses import SUCCESS
-from lienumba.engine.linear.linearise import check_states, turning
+from lienumba.engine.linear.linearise import turning
 from lienumba.engine.linear.states import Asked
+from lienumba.groups.state import ELEMENT
 from lienumba.integrators import codes
-from lienumba.integrators.tracing.linear.equilibrium import rest
-from lienumba.integrators.tracing.linear.freedoms import GluedTracer
-from lienumba.integrators.tracing.linear.outputs import LinearOutputs, visible
-from lienumba.integrators.tracing.linear.systems import STILL, Recorded, States
+from lienumba.integrators.tracing.linear.outputs import visible
+from lienumba.integrators.tracing.linear.systems import STILL
 from lienumba.mechanics.elements import quantities
-from lienumba.mechanics.elements.inputs.state import resting_inputs
-from lienumba.mechanics.elements.user_laws import unsampled
-from lienumba.scenario.start.stops import begin_beyond
+from lienumba.mechanics.mechanism.kinematics import still
+from lienumba.scenario.start.resting import resting
 from lienumba.store.linear_layout import EQUILIBRIA
 
 if TYPE_CHECKING:
@@ -72,24 +69,16 @@ def equilibrium(
     """
     asked = Asked.of(scenario, 0.0, runs, overrides, allow_code)
     prepared = asked.prepared()
-    prepared = replace(prepared, model=resting_inputs(unsampled(prepared.model)))
-    tracer, model = GluedTracer.of(prepared.model), prepared.nominal.model
-    start = asked.start(tracer, prepared)
-    check_states(tracer, start)
-    labels = np.asarray(asked.labels)
     axes = (prepared.rotation or STILL) if rotation is None else turning(rotation)
-    found = rest(tracer, prepared.model, start.rows, len(labels), axes)
-    now = tracer.instant(prepared.model, found.rows, 0.0)
-    with np.errstate(all="ignore"):
-        lasts = (prepared.codes == SUCCESS) & ~begin_beyond(prepared.model, now, len(labels))
-    status = np.where(lasts, found.status, codes.NONE_FOUND)
+    rested = resting(prepared.model, np.asarray(prepared.states), prepared.angles, axes, driven=False)
+    status = np.where(prepared.codes == SUCCESS, rested.status, codes.NONE_FOUND)
     good = status != codes.NONE_FOUND
-    states = States(labels, good, 0.0, found.rows, start.numbers)
-    seen = visible(model, None)
-    recorded = Recorded.of(tracer, LinearOutputs((), tuple(seen)), prepared.model)
-    whole = states.bodies(tracer, prepared.model)
-    turned = whole[:, :, 3:12].reshape(*whole.shape[:2], 3, 3)
-    values, of = recorded.seen(states), quantities.units(model)
+
+    def of_found(x: Any) -> np.ndarray:
+        return np.where(good.reshape(-1, *[1] * (np.ndim(x) - 1)), x, np.nan)
+
+    bodies = of_found(rested.states).reshape(len(good), -1, ELEMENT)
+    view, units = still(rested.now, tuple(range(bodies.shape[1]))), quantities.units(prepared.nominal.model)
     variables: dict[str, Any] = {
         "status": (
             "run",
@@ -100,19 +89,19 @@ def equilibrium(
                 "flag_values": np.arange(len(codes.EQUILIBRIA), dtype=np.int8),
             },
         ),
-        "position": (("run", "body", "axis"), whole[:, :, :3], {"units": "m", "frame": "global"}),
-        "rotation": (("run", "body", "axis", "body_axis"), turned, {"units": "1", "frame": "body to global"}),
-        "turning": (("run", "axis"), np.stack([np.broadcast_to(x, labels.shape) for x in axes], axis=1), TURNING),
-        "force": ("run", found.force, {"long_name": "the largest force left along a coordinate"}),
-        "growth": (
-            "run",
-            np.where(good, found.growth, np.nan),
-            {"units": "s-1", "long_name": "largest real part of an eigenvalue"},
+        "position": (("run", "body", "axis"), bodies[:, :, :3], {"units": "m", "frame": "global"}),
+        "rotation": (
+            ("run", "body", "axis", "body_axis"),
+            bodies[:, :, 3:12].reshape(*bodies.shape[:2], 3, 3),
+            {"units": "1", "frame": "body to global"},
         ),
-        **{
-            name: ("run", np.where(good, x, np.nan), {"units": of.get(name, "1")})
-            for name, x in zip(seen, values.T, strict=True)
-        },
+        "turning": (("run", "axis"), np.stack([np.broadcast_to(x, good.shape) for x in axes], axis=1), TURNING),
+        "force": ("run", rested.force, {"long_name": "the largest force left along a coordinate"}),
+        "growth": ("run", of_found(rested.growth), {"units": "s-1", "long_name": "largest real part of an eigenvalue"}),
     }
-    bodies = [body.name for body in model.bodies]
-    return asked.dataset(EQUILIBRIA, variables, {"body": bodies, "axis": list("xyz"), "body_axis": list("xyz")})
+    with np.errstate(all="ignore"):
+        for name in visible(prepared.nominal.model, None):
+            x = np.broadcast_to(quantities.component(rested.flowing, name, view), good.shape)
+            variables[name] = ("run", of_found(x), {"units": units.get(name, "1")})
+    names = [body.name for body in prepared.nominal.model.bodies]
+    return asked.dataset(EQUILIBRIA, variables, {"body": names, "axis": list("xyz"), "body_axis": list("xyz")})

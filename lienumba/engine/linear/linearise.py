@@ -130,7 +130,7 @@ def check_states(tracer: FreedomTracer, states: States) -> None:
     switches = tracer.augmented.switches
     first = len(states.rows) - len(switches) - tracer.augmented.memory
     for n, switch in enumerate(switches):
-        on = np.broadcast_to(states.rows[first + n], states.labels.shape)
+        on = np.broadcast_to(states.rows[first + n], states.good.shape)
         if switch.tangents and np.any(on[states.good] > 1.5):
             raise ScenarioError(
                 f"{switch.name} slides at t = {states.t:g} s, and what slides with Coulomb friction has no linear "
@@ -139,12 +139,12 @@ def check_states(tracer: FreedomTracer, states: States) -> None:
 
 
 def largest_first(systems: Iterator[Systems]) -> list[Systems]:
-    """Those with the most runs first."""
+    """Sort systems, those of the most runs first."""
     return sorted(systems, key=lambda found: -len(found.runs))
 
 
 def state_names(tracer: FreedomTracer, model: Model, found: Systems) -> list[str]:
-    """Of the numbers of x: coordinates of joints (and of bodies that none holds), their rates, states of laws."""
+    """The names of the numbers of x: coordinates of joints and free bodies, their rates, states of laws."""
     links = tracer.tree(tracer.graph()[1]).links
     names: list[str] = []
     for link in links:

@@ -97,7 +97,7 @@ def _eigenvalues(recorded: Recorded, states: Any, rotation: Any, shapes: bool) -
         tasks = [pool.submit(_of_system, recorded.moving(system), shapes) for system in systems]
         pieces = [task.result() for task in tasks]
     widest = max((values.shape[1] for _, values, _ in pieces), default=0)
-    total = np.full((len(states.labels), widest), NONE)
+    total = np.full((len(states.good), widest), NONE)
     bodies = 6 * len(recorded.tracer.graph()[1].bodies)
     every = np.full((len(total), widest, bodies), NONE) if shapes else None
     for runs, values, moved in pieces:

@@ -53,7 +53,7 @@ class Asked:
         overrides: Mapping[str, Any] | None = None,
         allow_code: bool = False,
     ) -> "Asked":
-        """Of a scenario, or of a dataset or its file; runs are simulated as far as their states are not there."""
+        """Read a scenario, or a dataset or its file, of which the states are taken as far as it holds them."""
         stored = None
         if _is_dataset(source):
             from lienumba.store.files import reading
@@ -90,16 +90,16 @@ class Asked:
         return dataset(variables, every, self.samples, of, {KIND: kind, **said, **more})
 
     def weights(self) -> np.ndarray | None:
-        """Of these runs, None if they have none."""
+        """The weights of the runs, None if they have none."""
         return weights(self.scenario, self.labels) if self.scenario.weighted else None
 
     def prepared(self) -> Prepared:
-        """These runs at their start."""
+        """Prepare the runs at their start."""
         return prepare(self.scenario, self.labels, self.samples, check_initial(self.scenario))
 
     def states(self, tracer: FreedomTracer, prepared: Prepared) -> Iterator[States]:
         """At each of the times."""
-        numbers, labels = split(prepared.model)[1], np.asarray(self.labels)
+        numbers = split(prepared.model)[1]
         stored, changes = self._stored(tracer, prepared), bool(tracer.augmented.switches)
         later = sorted({t for t in self.times if (t > 0.0 or changes) and t not in stored})
         records = simulated(self.scenario, prepared, later)
@@ -112,14 +112,14 @@ class Asked:
             else:
                 (rows, good), origin = records[t].rows(tracer, prepared, t), SIMULATED
             rows = tracer.at_limits(prepared.model, rows, t) if t == 0.0 else rows
-            yield States(labels, good, t, rows, numbers, origin)
+            yield States(good, t, rows, numbers, origin)
 
     def start(self, tracer: FreedomTracer, prepared: Prepared) -> States:
         """At t = 0, before anything changes there."""
         rows = tracer.rows_at_start(prepared.model, np.asarray(prepared.states), prepared.angles)
         rows = tracer.at_limits(prepared.model, rows, 0.0)
         numbers, good = split(prepared.model)[1], prepared.codes == SUCCESS
-        return States(np.asarray(self.labels), good, 0.0, rows, numbers, GIVEN)
+        return States(good, 0.0, rows, numbers, GIVEN)
 
     def _stored(self, tracer: FreedomTracer, prepared: Prepared) -> list[float]:
         """The times at which the states of all runs are known."""

@@ -14,13 +14,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.integrators.tracing.linear.algebra import transposed
 from lienumba.mechanics.mechanism.model import Model
 
 Array = npt.NDArray[Any]
-AT_ONCE = 2048  # runs
 EQUAL = 1e-9  # of the largest frequency: two that differ by less are equal
 NEARNESS = 1e-3  # what equal eigenvalues count, where equal shapes count 1
+TINY = np.finfo(float).tiny
 
 
 def _none() -> Array:
@@ -37,7 +36,7 @@ class Tracked:
 
 
 def weights_of(model: Model) -> Array:
-    """Of the shift and turn of each body (6 k): its mass and mean moment of inertia."""
+    """The weights of shapes (6 k): for the shift and turn of each body its mass and mean moment of inertia."""
     found: list[float] = []
     for body in model.bodies:
         found += [float(body.mass)] * 3 + [float(sum(body.inertia[:3])) / 3.0] * 3
@@ -55,18 +54,21 @@ def compared(there: Array, samples: Mapping[str, Array]) -> tuple[Array, Array]:
 
 
 def tracked(values: Array, shapes: Array, weights: Array, samples: Mapping[str, Array]) -> Tracked:
-    """values (runs, modes), shapes (runs, modes, 6 k): in the order of frequencies, NaN where there are fewer."""
+    """Give modes that are alike one number in all runs.
+
+    values (runs, modes), shapes (runs, modes, 6 k): in the order of frequencies, NaN where there are fewer.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    values, shapes, units = values.copy(), shapes.copy(), _unit(shapes, weights)
+    mac = np.where(np.isnan(values.real), np.nan, 1.0)
     runs, others = compared(np.isfinite(values.real).any(axis=1), samples)
-    count, modes = values.shape
-    place, mac = np.tile(np.arange(modes), (count, 1)), np.where(np.isnan(values.real), np.nan, 1.0)
-    alike, pairs = np.ones((count, modes)), place.copy()  # of the modes of the other run, each by its place
-    for first in range(1, len(runs), AT_ONCE):
-        some = slice(first, first + AT_ONCE)
-        alike[runs[some]], pairs[runs[some]] = _paired(values, shapes, weights, runs[some], others[some])
-    for run, other in zip(runs[1:].tolist(), others[1:].tolist(), strict=True):
-        place[run], mac[run] = pairs[run][place[other]], alike[run][place[other]]
-    values = np.take_along_axis(values, place, axis=1)
-    shapes = np.take_along_axis(shapes, place[:, :, None], axis=1)
+    for run, other in zip(runs[1:], others[1:], strict=True):
+        alike = np.abs(units[other].conj() * weights @ units[run].T) ** 2
+        apart = np.abs(values[other][:, None] - values[run]) / (np.nanmean(np.abs(values[other])) + TINY)
+        order = linear_sum_assignment(-alike - NEARNESS * np.nan_to_num(1.0 / (1.0 + apart)))[1]
+        values[run], shapes[run], units[run] = values[run][order], shapes[run][order], units[run][order]
+        mac[run] = np.where(np.isnan(values[other].real), np.nan, alike[np.arange(len(order)), order])
     return Tracked(values, shapes, np.where(np.isnan(values.real), np.nan, mac))
 
 
@@ -82,22 +84,6 @@ def crossings(values: Array) -> Array:
         first = (side != 0.0).argmax(axis=0)
         found |= side * side[first, np.arange(len(first))] < 0.0
     return found
-
-
-def _paired(values: Array, shapes: Array, weights: Array, runs: Array, others: Array) -> tuple[Array, Array]:
-    """MAC of each mode of others (NaN of none) with that of runs which is most likely the same, and which that is."""
-    from scipy.optimize import linear_sum_assignment
-
-    alike = np.abs(_unit(shapes[others], weights).conj() @ transposed(weights * _unit(shapes[runs], weights))) ** 2
-    before, now = values[others][:, :, None], values[runs][:, None, :]
-    scale = np.nanmean(np.abs(values[others]), axis=1)[:, None, None] + np.finfo(float).tiny
-    score = alike + NEARNESS * np.nan_to_num(1.0 / (1.0 + np.abs(before - now) / scale))
-    pairs = score.argmax(axis=2)
-    places = np.arange(pairs.shape[1])
-    for run in np.flatnonzero((np.sort(pairs, axis=1) != places).any(axis=1)):
-        pairs[run] = linear_sum_assignment(-score[run])[1]
-    mac = np.take_along_axis(alike, pairs[:, :, None], axis=2)[:, :, 0]
-    return np.where(np.isnan(values[others].real), np.nan, mac), pairs
 
 
 def _unit(shapes: Array, weights: Array) -> Array:

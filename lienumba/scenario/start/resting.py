@@ -1,4 +1,4 @@
-"""Runs that start in their equilibria: the states of bodies and laws, each run judged by itself."""
+"""The equilibria of runs: the states of bodies and laws, each run by itself."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,12 +18,18 @@ from lienumba.scenario.start.stops import begin_beyond
 @dataclass(frozen=True)
 class Resting:
     """model: with the states of laws; states (runs, 18 k) of bodies; angles: those that are counted (runs,); status
-    (runs,): see `codes.EQUILIBRIA`; of a run that does not rest all is as it was."""
+    (runs,): see `codes.EQUILIBRIA`; of a run without an equilibrium the others are as they were given. force, growth
+    (runs,): see `equilibrium.Resting`; flowing: the model of the search, whose inputs rest at their limits; now: all
+    runs where the search ended."""
 
     model: Model
     states: np.ndarray
     angles: dict[Counted, np.ndarray]
     status: np.ndarray
+    force: np.ndarray
+    growth: np.ndarray
+    flowing: Model
+    now: Instant
 
     def instant(self, run: int) -> Instant:
         """One run, in floats."""
@@ -31,14 +37,26 @@ class Resting:
         return Instant(bodies, 0.0, {which: float(angle[run]) for which, angle in self.angles.items()})
 
 
-def resting(model: Model, states: np.ndarray, angles: Mapping[Counted, np.ndarray], rotation: Sequence[Any]) -> Resting:
-    """From assembled states (runs, 18 k) to where they come to; rotation: three numbers, floats or arrays (runs,)."""
+def resting(
+    model: Model, states: np.ndarray, angles: Mapping[Counted, np.ndarray], rotation: Sequence[Any], driven: bool = True
+) -> Resting:
+    """Find the equilibria of runs from their assembled states.
+
+    Parameters
+    ----------
+    model, states, angles
+        Of all runs: the model with arrays (runs,), the states of bodies (runs, 18 k), the counted angles.
+    rotation : three floats or arrays (runs,)
+        The angular velocity (rad/s, global) of the axes against which they rest.
+    driven : bool
+        Whether states at rest get the velocities that drivers ask for.
+    """
     from lienumba.integrators.tracing.linear.equilibrium import rest
     from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 
     runs, flowing = len(states), resting_inputs(unsampled(model))
     tracer = GluedTracer.of(flowing)
-    found = rest(tracer, flowing, tracer.rows_at_start(flowing, states, angles), runs, rotation, driven=True)
+    found = rest(tracer, flowing, tracer.rows_at_start(flowing, states, angles), runs, rotation, driven)
     first = len(found.rows) - tracer.augmented.rows
     now = tracer.instant(flowing, found.rows, 0.0)
     bodies = [np.broadcast_to(np.asarray(x, float), (runs,)) for body in now.bodies for x in body]
@@ -51,6 +69,10 @@ def resting(model: Model, states: np.ndarray, angles: Mapping[Counted, np.ndarra
         np.where(good[:, None], np.stack(bodies, axis=1), states),
         {which: np.where(good, counted.get(which, angle), angle) for which, angle in angles.items()},
         np.where(good, found.status, NONE_FOUND).astype(np.int8),
+        found.force,
+        found.growth,
+        flowing,
+        now,
     )
 
 

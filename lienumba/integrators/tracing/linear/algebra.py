@@ -143,7 +143,7 @@ class NullSpace:
 
 
 def _basis(C: Array, independent: Array) -> Array:
-    """The basis of a null space in these coordinates (runs, n), from a QR decomposition with the dependent ones first."""
+    """The basis of null spaces, from QR decompositions with the columns of the dependent coordinates first."""
     runs, _, n = C.shape
     basis = np.broadcast_to(np.eye(n), (runs, n, n)).copy()
     finite = is_finite(C)

@@ -17,9 +17,8 @@ from lienumba.integrators.tracing.linear.algebra import Array, NullSpace, applie
 from lienumba.integrators.tracing.linear.equations import Equations, Linear, RunsNumbers
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.integrators.tracing.linear.outputs import LinearOutputs
-from lienumba.integrators.tracing.linear.recorded import recorded
 from lienumba.integrators.tracing.linear.supports import LOOP_RTOL, Supports
-from lienumba.integrators.tracing.linear.systems import gravity_of, size_of
+from lienumba.integrators.tracing.linear.systems import Recorded, size_of
 from lienumba.integrators.tracing.linear.uniform_rotation import Carried, carried
 from lienumba.integrators.tracing.template import split
 from lienumba.integrators.tracing.tracer import Posture
@@ -36,7 +35,7 @@ MEMO = 4  # sets of runs that a search asks for again and again, until the next 
 
 @dataclass(frozen=True)
 class _Outputs(LinearOutputs):
-    """And the gaps of contacts and stops; which states of laws are at a limit of theirs."""
+    """Outputs of a search: the gaps of contacts and stops, and which states of laws are at a limit."""
 
     law_states: LawStates = field(default_factory=lambda: LawStates({}))
 
@@ -52,8 +51,8 @@ class _Outputs(LinearOutputs):
 
 @dataclass(frozen=True)
 class Motion:
-    """Of states: accelerations (runs, n), and how velocities and accelerations change with the places; carried: those
-    of the rotation alone."""
+    """The motion of a uniform rotation: accelerations (runs, n), and how velocities and accelerations change with the
+    places; carried: the rotation without what drivers add."""
 
     a: Array
     rates_by: Array
@@ -76,7 +75,8 @@ class Balance:
         self.tracer, self.model, self.runs = tracer, model, runs
         self.rotation = np.array([np.broadcast_to(np.asarray(x, float), (runs,)) for x in rotation])
         self.turns = (self.rotation != 0.0).any(axis=0)
-        self.equations = recorded(tracer, _Outputs((), (), tracer.law_states))
+        self.linear = Recorded.of(tracer, _Outputs((), (), tracer.law_states), model)
+        self.equations = self.linear.equations
         self.forces = self.equations.only((), ("along", "laws"))
         self.gaps = self.equations.only((), ("gaps",))
         self.masses = self.equations.only(("a",), ("along", "rows"))
@@ -90,7 +90,7 @@ class Balance:
         self._models, self._numbers = Memo[Model](MEMO), Memo[RunsNumbers](MEMO)
         self.n, self.m = tracer.velocities, len(self.equations.used)
         self.mu = np.zeros((runs, self.m))
-        self.sizes, self.swing = self._sizes(), np.broadcast_to(gravity_of(model) / size_of(model), (runs,))
+        self.sizes, self.swing = self._sizes(), np.broadcast_to(self.linear.swing, (runs,))
         self.most = np.full(runs, min(self.m, self.n))
         every = np.arange(runs)  # where it starts the mechanism is closed, and its redundant rows are
         at = self.at(self.state, np.zeros((runs, self.n)), self.mu, every, self.constraints)

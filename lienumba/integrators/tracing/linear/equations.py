@@ -63,12 +63,12 @@ class Linear:
 
     @property
     def along(self) -> list[Any]:
-        """Of f, what is along the velocities."""
+        """The rows of f along the velocities."""
         return self.values["along"]
 
     @property
     def rows(self) -> list[Any]:
-        """Of f, that of the rows of C in use."""
+        """The rows of f of the constraints in use."""
         return self.values["rows"]
 
     @property
@@ -154,7 +154,7 @@ class Equations:
     @staticmethod
     @uncollected()
     def of(tracer: Tracer, more: More | None = None) -> "Equations":
-        """Of a mechanism; of the rows of C those of `tracer.structure`."""
+        """Record the equations of a mechanism, with the rows of C of `tracer.structure`."""
         graph, model = tracer.graph(Graph(analytic=True))
         t, inputs = graph.input(CLOCK, layout.TIME), graph.inputs(INPUTS, more.inputs if more else 0)
         model = more.model(model, t, inputs) if more else model
@@ -266,7 +266,7 @@ class RunsNumbers:
 
     @cached_property
     def by_run(self) -> list[Sequence[Any]] | None:
-        """Of each run its own floats; None of many runs, and of runs with samples of their own."""
+        """The floats of each run; None of many runs, and of runs with samples of their own."""
         few = 0 < self.runs <= FEW and not any(isinstance(x, RunNumbers) for x in self.every)
         return _by_run(self.every, self.runs) if few else None
 

@@ -17,7 +17,7 @@ from lienumba.integrators.codes import FOUND, NONE_FOUND, UNSTABLE
 from lienumba.integrators.tracing.linear.algebra import Array, applied, grows, transposed
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.integrators.tracing.linear.steps import MAX_STEP, RATE_RTOL, Step, Stepping
-from lienumba.integrators.tracing.linear.systems import STILL, Recorded, States
+from lienumba.integrators.tracing.linear.systems import STILL, States
 from lienumba.mechanics.mechanism.kinematics import OFF
 from lienumba.mechanics.mechanism.model import Model
 
@@ -130,7 +130,7 @@ class _Search(Stepping):
 
     # ---------------------------------------------------------------- at the end
     def _released(self, which: Array) -> Array:
-        """Of runs at rest those of which a contact opens or slides, since the contact law does not hold it."""
+        """The runs at rest of which a contact opens or slides, since the contact law does not hold it."""
         self.holds[which] = True
         which = which[(self.supports.on[:, which] != OFF).any(axis=0)]
         if not len(which):
@@ -173,9 +173,8 @@ class _Search(Stepping):
         growth, unstable = np.full(self.runs, np.nan), np.zeros(self.runs, bool)
         if not good.any():
             return growth, unstable
-        recorded = Recorded(self.tracer, self.equations, self.swing)
-        states = States(np.arange(self.runs), good, 0.0, list(self.state), self.numbers)
-        for system in recorded.systems(states, tuple(self.rotation)):
+        states = States(good, 0.0, list(self.state), self.numbers)
+        for system in self.linear.systems(states, tuple(self.rotation)):
             A, own = system.A.copy(), system.runs
             _, at, _ = self.evaluated(self.state[:, own], own, self.equations)
             rests = np.zeros(A.shape[:2], bool)
@@ -183,6 +182,6 @@ class _Search(Stepping):
             fastest = 1.0 + np.abs(A).max(axis=(1, 2), initial=0.0)
             A[rests[:, :, None] | rests[:, None, :]] = 0.0
             A -= np.eye(A.shape[1]) * (rests * fastest[:, None])[:, None, :]
-            values = recorded.moving(replace(system, A=A)).eigenvalues()
+            values = self.linear.moving(replace(system, A=A)).eigenvalues()
             growth[own], unstable[own] = values.real.max(axis=1, initial=-np.inf), grows(values).any(axis=1)
         return growth, unstable

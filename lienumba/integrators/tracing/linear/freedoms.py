@@ -32,7 +32,7 @@ class FreedomTracer(JointTracer):
 
     @classmethod
     def of(cls, model: Model) -> Self:
-        """Of a mechanism, whatever its numbers are."""
+        """The tracer of a mechanism, whatever its numbers are."""
         method = Method("rk4", "none", "none", coordinates=JOINT)
         return cls(split(model)[0], method, UNIQUE, False)
 
@@ -45,15 +45,15 @@ class FreedomTracer(JointTracer):
     def rows(
         self, model: Model, bodies: np.ndarray, laws: Mapping[str, Sequence[Any]], augmented: Sequence[Any]
     ) -> list[Any]:
-        """Of a state: bodies (runs, 18 k), states of laws by their names, and what is augmented."""
+        """The rows of a state: bodies (runs, 18 k), states of laws by their names, and what is augmented."""
         placed = [tuple(x.T) for x in np.moveaxis(bodies.reshape(len(bodies), -1, ELEMENT), 1, 0)]
         with np.errstate(all="ignore"):
             moves = read_state(model, self.tree(model), placed)
         return [*moves, *self.law_states.together(laws), *augmented]
 
     def rows_at_start(self, model: Model, bodies: np.ndarray, angles: Mapping[Counted, np.ndarray]) -> list[Any]:
-        """The same of runs that begin: bodies (runs, 18 k), and the angles of joints that are counted (runs,). What is
-        locked is so where it begins."""
+        """The rows of states at the start: bodies (runs, 18 k), and the counted angles of joints (runs,). Locks
+        hold where the motion begins."""
         augmented = self.augmented.start(angles, UNIQUE, len(bodies)).T
         rows = self.rows(model, bodies, self.law_states.initial(model), list(augmented))
         locked = [switch for switch in self.augmented.switches if switch.what == LOCK and switch.on]
@@ -65,7 +65,7 @@ class FreedomTracer(JointTracer):
         return rows
 
     def at_limits(self, model: Model, rows: Sequence[Any], t: float) -> list[Any]:
-        """The same rows, with states of inputs held at limits at which they are."""
+        """The rows of a state, with the states of inputs held at the limits that they have reached."""
         new = list(rows)
         if model.held:
             first = self.tree(model).state + self.law_states.held().start
@@ -78,6 +78,7 @@ class FreedomTracer(JointTracer):
 
 
 class GluedTracer(FreedomTracer):
-    """The same where contacts that stick hold as any other row, and those that slide have no friction."""
+    """A mechanism by its freedoms, whose sticking contacts hold as other rows do, and whose sliding ones have no
+    friction."""
 
     glued = True

@@ -56,8 +56,8 @@ class Input:
 
 
 def inputs_of(model: Model, names: Sequence[str] | None) -> list[Input]:
-    """Those of these names, such as "forces.motor.value", "drivers.crank" or "forces.push.value[2]"; by default every
-    formula of a force and everything that is driven."""
+    """The inputs of some names, such as "forces.motor.value", "drivers.crank" or "forces.push.value[2]"; by default
+    every formula of a force and everything that is driven."""
     every = {x.name: x for x in _every(model)}
     if names is None:
         return [x for x in every.values() if x.kind == "drivers" or callable(_number(model, x))]
@@ -135,7 +135,7 @@ class LinearOutputs:
 
 
 def turning_links(tree: Tree) -> list[Link]:
-    """Those of balls and free bodies, whose last three coordinates turn about own axes."""
+    """The links of balls and free bodies, whose last three coordinates turn about own axes."""
     return [link for link in tree.links if isinstance(link.move, Ball | Free)]
 
 
@@ -149,7 +149,7 @@ def _axes(posture: Posture, link: Link) -> tuple[Number, ...]:
 
 
 def visible(model: Model, names: Sequence[str] | None) -> list[str]:
-    """The components of these quantities; by default of all that need no more than positions and velocities."""
+    """The components of some quantities; by default of all that need no more than positions and velocities."""
     every = {q.name: [joined(q.name, x) for x in quantities.components(model, q)] for q in model.quantities}
     known = [x for own in every.values() for x in own if quantities.level(model, x) < quantities.OBSERVED]
     if names is None:

@@ -6,14 +6,17 @@ from typing import Any
 
 import numpy as np
 
+from lienumba.compiler.memo import Memo, content
 from lienumba.groups import so3
 from lienumba.groups.state import ELEMENT
+from lienumba.integrators.tracing.compiled import key_of
 from lienumba.integrators.tracing.linear.algebra import Array, NullSpace, eigenvalues, transposed
 from lienumba.integrators.tracing.linear.equations import Equations, Linear, RunsNumbers
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.integrators.tracing.linear.outputs import LinearOutputs, turning_links
-from lienumba.integrators.tracing.linear.recorded import recorded
 from lienumba.integrators.tracing.linear.reduction import Blocks, Reduced, reduced
+from lienumba.integrators.tracing.row_selection import UNIQUE
+from lienumba.keys.registry import Registry
 from lienumba.mechanics.mechanism.massless import with_lent_masses
 from lienumba.mechanics.mechanism.model import GROUND, Model, at_time
 from lienumba.mechanics.mechanism.moves import Free
@@ -24,14 +27,14 @@ REDUNDANT_RTOL = 1e-9  # relative to the largest diagonal element of R: a smalle
 AT_ONCE = 2048  # runs, so that what is computed for them stays in the cache
 BY = ("q", "v", "laws", "inputs")
 STILL = (0.0, 0.0, 0.0)
+RECORDED: Memo[Equations] = Memo(4)  # the equations used last; large ones take tens of MiB
 
 
 @dataclass(frozen=True)
 class States:
-    """Runs at a time t (s): labels (runs,), good: whether a run is there at all (runs,), rows: of the state, and the
-    numbers of the model, each a float or an array (runs,); origin: see `linear_layout.ORIGINS`."""
+    """Runs at a time t (s): good: whether a run is there at all (runs,), rows: of the state, and the numbers of the
+    model, each a float or an array (runs,); origin: see `linear_layout.ORIGINS`."""
 
-    labels: np.ndarray
     good: np.ndarray
     t: float
     rows: list[Any]
@@ -41,13 +44,13 @@ class States:
     def part(self, which: slice | np.ndarray) -> "States":
         """Return the states of these runs alone."""
         rows, numbers = ([x[which] if np.ndim(x) else x for x in own] for own in (self.rows, self.numbers))
-        return States(self.labels[which], self.good[which], self.t, rows, numbers, self.origin)
+        return States(self.good[which], self.t, rows, numbers, self.origin)
 
     def bodies(self, tracer: FreedomTracer, model: Model) -> np.ndarray:
         """The states of all bodies (runs, k, 18); NaN where a run is not there."""
         now = tracer.instant(model, self.rows, self.t)
-        found = [np.broadcast_to(x, self.labels.shape) for body in now.bodies for x in body]
-        whole = np.stack(found, axis=1).reshape(len(self.labels), -1, ELEMENT)
+        found = [np.broadcast_to(x, self.good.shape) for body in now.bodies for x in body]
+        whole = np.stack(found, axis=1).reshape(len(self.good), -1, ELEMENT)
         return np.where(self.good[:, None, None], whole, np.nan)
 
 
@@ -70,7 +73,7 @@ class Systems:
     scale: Array
 
     def eigenvalues(self) -> Array:
-        """Of A (runs, n)."""
+        """The eigenvalues of A (runs, n)."""
         return eigenvalues(self.A, self.scale)
 
 
@@ -85,8 +88,8 @@ class Recorded:
 
     @staticmethod
     def of(tracer: FreedomTracer, outputs: LinearOutputs, model: Model) -> "Recorded":
-        """Of a mechanism; model: with all numbers, floats or arrays (runs,)."""
-        return Recorded(tracer, recorded(tracer, outputs), gravity_of(model) / size_of(model))
+        """Record a mechanism; model: with all numbers, floats or arrays (runs,)."""
+        return Recorded(tracer, _equations(tracer, outputs), gravity_of(model) / size_of(model))
 
     def systems(self, states: States, turning: Sequence[Any] = STILL) -> Iterator[Systems]:
         """Linearise at these states. Runs that are not there or not finite have no system.
@@ -101,9 +104,9 @@ class Recorded:
         chosen: dict[tuple[int, ...], tuple[Array, Array]] = {}
         rates = [states.rows[n] for n in self.tracer.velocity_rows(self.tracer.graph()[1])]
         fastest = [np.abs(x) for x in rates] + [np.sqrt(np.abs(self.swing))]
-        scale = np.max([np.broadcast_to(x, states.labels.shape) for x in fastest], axis=0)
-        axes = np.stack([np.broadcast_to(np.asarray(x, float), states.labels.shape) for x in turning], axis=1)
-        for first in range(0, len(states.labels), AT_ONCE):
+        scale = np.max([np.broadcast_to(x, states.good.shape) for x in fastest], axis=0)
+        axes = np.stack([np.broadcast_to(np.asarray(x, float), states.good.shape) for x in turning], axis=1)
+        for first in range(0, len(states.good), AT_ONCE):
             part = slice(first, first + AT_ONCE)
             some = states.part(part)
             with np.errstate(all="ignore"):
@@ -125,13 +128,6 @@ class Recorded:
                     found, seen_of = reduced(_of(blocks, own), given), {name: x[own] for name, x in seen.items()}
                     yield _system(own + first, found, seen_of, bodies[own], scale[own + first])
 
-    def seen(self, states: States) -> Array:
-        """The outputs (runs, ...), without accelerations."""
-        n, m = len(self.equations.columns["a"]), len(self.equations.columns["mu"])
-        with np.errstate(all="ignore"):
-            values = self._at(self.equations.only((), ("seen",)), states, [0.0] * n, [0.0] * m)
-        return values.vector("seen", len(states.labels))
-
     def moving(self, system: Systems) -> Systems:
         """Without the states of laws that stand still, as those that are sampled or held."""
         first = system.A.shape[1] - len(self.equations.outputs["laws"])
@@ -140,19 +136,19 @@ class Recorded:
 
     def _solved(self, states: States) -> tuple[list[Array], list[Array]]:
         """The accelerations and multipliers of all runs, each number (runs,); of redundant rows the shortest ones."""
-        n, m, runs = len(self.equations.columns["a"]), len(self.equations.columns["mu"]), len(states.labels)
+        n, m, runs = len(self.equations.columns["a"]), len(self.equations.columns["mu"]), len(states.good)
         still = self._at(self.equations.only(("a", "mu")), states, [0.0] * n, [0.0] * m)
         M, space = -still.dense("along", "a", runs), NullSpace.of(-still.dense("rows", "a", runs), REDUNDANT_RTOL)
         a, mu = space.motion(M, still.vector("along", runs)[:, :, None], still.vector("rows", runs)[:, :, None])
         return list(a[:, :, 0].T), list(mu[:, :, 0].T)
 
     def _at(self, equations: Equations, states: States, a: Sequence[Any], mu: Sequence[Any]) -> Linear:
-        return equations.of_runs(states.rows, states.t, a, mu, RunsNumbers(states.numbers, len(states.labels)))
+        return equations.of_runs(states.rows, states.t, a, mu, RunsNumbers(states.numbers, len(states.good)))
 
     def _blocks(self, states: States, turning: Array) -> tuple[Blocks, dict[str, Array], Array]:
         """What is to be reduced, the derivatives of outputs, and how bodies move with the rates, along the axes."""
         a, mu = self._solved(states)
-        found, runs = self._at(self.equations, states, a, mu), len(states.labels)
+        found, runs = self._at(self.equations, states, a, mu), len(states.good)
         T, gamma, carried = self._axes(found, turning)
         turns, back = bool(turning_links(self.tracer.tree(self.tracer.graph()[1]))), transposed(T)
 
@@ -193,8 +189,18 @@ class Recorded:
         return T, gamma, carried
 
 
+def _equations(tracer: FreedomTracer, outputs: LinearOutputs) -> Equations:
+    """Record the equations of a mechanism and differentiate them, once per structure and process, whatever its
+    numbers."""
+    key = key_of(tracer.template, tracer.method, UNIQUE, False)
+    if key is None:
+        return Equations.of(tracer, outputs)
+    key = Registry.changes, type(tracer), key, content(outputs)
+    return RECORDED.get(key, lambda: Equations.of(tracer, outputs))
+
+
 def gravity_of(model: Model) -> Any:
-    """Its size (m/s^2) at t = 0, a float or an array (runs,)."""
+    """The size of gravity (m/s^2) at t = 0, a float or an array (runs,)."""
     with np.errstate(all="ignore"):
         return np.sqrt(sum(np.square(np.asarray(at_time(x, 0.0), float)) for x in model.gravity))
 
