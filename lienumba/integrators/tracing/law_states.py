@@ -31,7 +31,7 @@ class LawStates:
 
     @staticmethod
     def of(model: Model, now: Instant) -> "LawStates":
-        """Of a model; now: any state."""
+        """The states of the laws of a model; now: any state."""
         sizes = {}
         for force in model.forces:
             if force.code is not None and (force.code.states or force.code.every is not None):

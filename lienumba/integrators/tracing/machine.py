@@ -171,6 +171,6 @@ def _function(kernel: int) -> Callable[..., None]:
 
 
 def _addresses(blocks: np.ndarray) -> list[int]:
-    """Of every block of an array (blocks, rows, W)."""
+    """The address of every block of an array (blocks, rows, W)."""
     first, step = blocks.ctypes.data, blocks.strides[0]
     return [first + step * n for n in range(len(blocks))]

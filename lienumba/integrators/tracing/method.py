@@ -33,7 +33,7 @@ class Method:
 
     @property
     def terms(self) -> int | None:
-        """Of the series of dexpinv; None for its closed form."""
+        """The number of terms of the series of dexpinv; None for its closed form."""
         tableau = METHODS[self.tableau]
         terms = 0 if tableau.composed or tableau.series else max(tableau.order - 2, 0)
         return None if self.dexpinv == "closed" else int(terms if self.dexpinv is None else self.dexpinv)

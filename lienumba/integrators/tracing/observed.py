@@ -20,7 +20,7 @@ def reads_observed(model: Model, numbers: Iterable[Timed]) -> bool:
 
 
 def needs_observed(model: Model, names: Iterable[str]) -> bool:
-    """The same of components."""
+    """Whether one of these components of quantities needs accelerations or multipliers."""
     return any(quantities.level(model, name) == quantities.OBSERVED for name in names)
 
 
@@ -40,8 +40,8 @@ def observed(
 def said(
     whole: kkt.Structure, model: Model, now: Instant, accelerations: Sequence[Number], mu: Sequence[Number]
 ) -> tuple[quantities.Observed, list[Number]]:
-    """The same of accelerations of all bodies (6 k), and multipliers of all rows, that are known; whole: of all
-    permanent rows."""
+    """What is observed where the accelerations of all bodies (6 k) and the multipliers of all rows are known, and the
+    multipliers; whole: the structure of all permanent rows."""
     multipliers = list(mu)
     if whole.masked:
         short = {key: minimum(x, 1.0) for key, x in dynamics.shapes(model).items()}  # in m^2

@@ -98,7 +98,7 @@ class _Iteration:
         raise NotImplementedError
 
     def chord(self, by: kkt.Eliminated) -> kkt.Solution:
-        """The same by an earlier elimination."""
+        """The next correction, by an earlier elimination."""
         raise NotImplementedError
 
     def moved(self, x: list[Number]) -> tuple[tuple[State, ...], Number]:

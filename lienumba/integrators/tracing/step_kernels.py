@@ -38,7 +38,7 @@ class Reports:
     signals: list[Signals] = field(default_factory=list)
 
     def read(self, rows: Sequence[Number], tracer: Tracer) -> None:
-        """Those of a stage that is known."""
+        """Add the rows of a stage that is known."""
         self.nonsingular.append(rows[layout.NONSINGULAR])
         self.power += [rows[layout.POWER]] if tracer.augmented.work else []
         self.margin.append(rows[layout.STAGE_MARGIN])

@@ -58,7 +58,7 @@ class Posture(Protocol):
     @property
     def now(self) -> Instant: ...
     def resting(self) -> "Posture":
-        """The same where no joint slides with friction."""
+        """The mechanism with no joint sliding with friction."""
         ...
 
 
@@ -142,12 +142,12 @@ class Tracer:
         return self.k + self.law_states.elements, ELEMENT, 6 * self.k
 
     def chart_of(self, model: Model) -> Chart:
-        """Of each element, for this model on symbols."""
+        """The chart of each element, for this model on symbols."""
         return self.method.chart()
 
     @cached_property
     def axes(self) -> Axes:
-        """Of the equations of bodies, in steps and in projections."""
+        """The axes of the equations of bodies, in steps and in projections."""
         if not self.chart.orthogonal:
             return GLOBAL
         graph, model = self.graph()
@@ -156,7 +156,7 @@ class Tracer:
 
     @property
     def correction_rows(self) -> tuple[int, int]:
-        """Of the correction of positions from q^ in local coordinates; of the multipliers, as a chord method."""
+        """The rows of a correction of positions: local coordinates from q^, and the multipliers of a chord method."""
         x = self.velocities if self.method.position == "local" else 0
         return x, self.structure.rows if self.method.chord else 0
 
@@ -263,7 +263,7 @@ class Tracer:
 
     @property
     def coordinates(self) -> tuple[range, range]:
-        """Of those of the chart, the numbers of the places of an element and those of its velocities."""
+        """The numbers of the coordinates of the chart that are places, and of those that are velocities."""
         return range(self.chart.size - 6), range(self.chart.size - 6, self.chart.size)
 
     @property
@@ -290,7 +290,7 @@ class Tracer:
         return [*own, *self.law_states.slopes(self.law_states.apart(laws))]
 
     def apart(self, u: Sequence[Vector]) -> tuple[list[Number], list[Number], list[Number]]:
-        """Of the coordinates of every element those of the places, the velocities and laws' states."""
+        """The places, the velocities and laws' states among the coordinates of every element."""
         places, velocities = self.coordinates
         laws = [x for element in u[self.k :] for x in (element[row] for row in RATES)]
         q, v = (
@@ -303,7 +303,7 @@ class Tracer:
         return flat(self.chart.accelerations(x, tuple(a[6 * i : 6 * i + 6])) for i, x in enumerate(state[: self.k]))
 
     def law_rates(self, model: Model, now: Instant) -> list[Number]:
-        """Of the states of all laws; 0 of those that are sampled or held."""
+        """The rates of the states of all laws; 0 of those that are sampled or held."""
         return self.law_states.together(law_states.rates(model, now))
 
     def law_rows(self) -> list[int]:
@@ -357,7 +357,7 @@ class Tracer:
     def reported(
         self, model: Model, posture: Posture, mask: list[Number], expected: list[Number] | None, found: Dynamics
     ) -> tuple[list[Number], list[Number]]:
-        """The same where `moving` has found this."""
+        """The accelerations of all bodies and the multipliers of all rows, from what `moving` has found."""
         return found.accelerations, constraints.globally(model, posture.now, found.multipliers, self.axes)
 
     def error_square(
@@ -376,7 +376,7 @@ class Tracer:
         return step_control.worst(squares)
 
     def allowed(self, model: Model, posture: Posture, mask: list[Number], change: list[Number]) -> list[Number]:
-        """Of a change of the velocities of the chart what the constraints allow."""
+        """The part of a change of the velocities of the chart that the constraints allow."""
         now, bodies = posture.now, posture.now.bodies
         still = self.carried(model, bodies, [0.0] * self.velocities)
         own = [a - b for a, b in zip(self.carried(model, bodies, change), still, strict=True)]

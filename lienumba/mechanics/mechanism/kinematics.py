@@ -28,7 +28,7 @@ Rates = tuple[Any, ...]  # numbers, or derivatives along several directions at o
 
 @dataclass(frozen=True)
 class Motion:
-    """Of one body: r and v of the mass centre (global), R (body to global), w (body frame)."""
+    """The motion of one body: r and v of the mass centre (global), R (body to global), w (body frame)."""
 
     r: Any
     R: Any
@@ -45,7 +45,7 @@ FIXED = Motion(AT_REST, so3.IDENTITY)
 
 @dataclass(frozen=True)
 class Mode:
-    """Of a switched constraint. on: OFF, STICK or SLIDE; memory: numbers that it keeps while it is on."""
+    """The mode of a switched constraint. on: OFF, STICK or SLIDE; memory: numbers that it keeps while it is on."""
 
     on: Any = 0.0
     memory: tuple[Any, ...] = ()
@@ -118,7 +118,7 @@ def moving(now: View, accelerations: Sequence[Number] | None = None) -> View:
 
 
 def seen_from(view: View, base: int) -> View:
-    """The same from the axes of one body, as if it stood still where the ground stands, r = 0 and R = I, and the ground
+    """The view from the axes of one body, as if it stood still where the ground stands, r = 0 and R = I, and the ground
     elsewhere: positions and velocities moved rigidly, by a motion that is frozen."""
     origin = view[base]
 

@@ -11,7 +11,7 @@ from lienumba.mechanics.mechanism.tables import Samples, Table
 def map_numbers(
     model: Model, number: Callable[[Number, bool], Number], data: Callable[[Any], Any] = lambda x: x
 ) -> Model:
-    """The same model with number(value, structural) for each of its numbers, in a fixed order, and data(x) for what its
+    """The model with number(value, structural) for each of its numbers, in a fixed order, and data(x) for what its
     tables hold.
 
     structural: an exact 0, 1 or -1 at this place shapes the equations (a coordinate of a point, a product of

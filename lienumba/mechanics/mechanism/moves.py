@@ -18,8 +18,8 @@ CYCLE = (0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0)  # its columns are y, z, x
 
 
 class Relative(NamedTuple):
-    """Of a frame to another: E (its axes, as columns along those of the other) and d (its origin, along these); w, its
-    angular velocity (own axes), and the rate of d (axes of the other)."""
+    """The motion of a frame relative to another: E (its axes, as columns along those of the other) and d (its origin,
+    along these); w, its angular velocity (own axes), and the rate of d (axes of the other)."""
 
     E: Any
     d: Any
@@ -78,7 +78,7 @@ class Move:
         raise NotImplementedError
 
     def settled(self, z: Vector) -> Vector:
-        """The same state without what rounding has added."""
+        """The state with its rotation orthogonal again after roundoff."""
         return z
 
     def slope(self, u: Vector, z: Vector, a: Vector, terms: int | None) -> Vector:
@@ -260,7 +260,7 @@ class Ball(Move):
 
 @dataclass(frozen=True)
 class Free(Move):
-    """Of a body that no joint holds: an element (r, R, v, w) of the state-space group of one body."""
+    """The move of a body that no joint holds: an element (r, R, v, w) of the state-space group of one body."""
 
     places: int = 12
     freedoms: int = 6
@@ -331,13 +331,13 @@ class Weld(Move):
 
 
 def cycled(found: Relative) -> Relative:
-    """The same along axes that are exchanged."""
+    """A relative motion along axes that are exchanged."""
     E = so3.multiply(so3.transpose(CYCLE), found.E)
     return Relative(E, *(so3.rotate_back(CYCLE, x) for x in (found.d, found.w, found.rate)))
 
 
 def behind(first: Relative, second: Relative) -> Relative:
-    """Of a third frame to the first one, where `second` is of it to the other."""
+    """The relative motion of a third frame to the first one, where `second` is of the third to the second."""
     turning, d = so3.rotate(first.E, first.w), so3.rotate(first.E, second.d)
     rate = so3.add(first.rate, so3.add(so3.cross(turning, d), so3.rotate(first.E, second.rate)))
     w = so3.add(so3.rotate_back(second.E, first.w), second.w)
@@ -355,7 +355,7 @@ def about_x(c: Number, s: Number) -> Matrix:
 
 
 def _turn(angle: Number) -> tuple[Number, Number]:
-    """Its cosine and sine."""
+    """The cosine and the sine of an angle."""
     square = at_most(angle * angle, so3.LARGEST_STEP)
     c, s = so3.half_angle(square)
     return 1.0 - 0.5 * (square * (s * s)), angle * (s * c)

@@ -49,7 +49,7 @@ class RunNumbers(ABC):
 
     @abstractmethod
     def part(self, runs: Any) -> "RunNumbers":
-        """Those of some of the runs (indices or a slice)."""
+        """The numbers of some of the runs (indices or a slice)."""
 
     @abstractmethod
     def rows(self) -> np.ndarray:
@@ -57,7 +57,7 @@ class RunNumbers(ABC):
 
     @abstractmethod
     def gather(self, index: Number) -> Any:
-        """Of each run the number at its index."""
+        """The number of each run at its index."""
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ class Discontinuity:
     b: Any = 1.0
 
     def part(self, runs: "slice | np.ndarray") -> "Discontinuity":
-        """That of some of the runs (indices or a slice)."""
+        """The discontinuity of some of the runs (indices or a slice)."""
         return Discontinuity(self.knots, *(x[runs] if hasattr(x, "shape") and x.shape else x for x in (self.a, self.b)))
 
     def times(self, runs: int) -> np.ndarray:
@@ -64,7 +64,7 @@ def line_of(line: Formula, numbers: Mapping[str, Any]) -> tuple[Any, Any]:
 
 
 def _whole_numbers(a: Any, b: Any, end: float) -> np.ndarray:
-    """Those that a + b t reaches until the end in any run; none where they are too many to land on."""
+    """The whole numbers that a + b t reaches until the end in any run; none where they are too many to land on."""
     with np.errstate(all="ignore"):
         ends = np.stack(np.broadcast_arrays(a, a + b * end))
     ends = ends[:, np.isfinite(ends).all(axis=0)] if ends.ndim > 1 else ends[np.isfinite(ends)]

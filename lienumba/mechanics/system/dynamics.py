@@ -30,7 +30,7 @@ def mass_matrix(model: Model, now: Instant) -> kkt.Entries:
 
 
 def body_masses(bodies: Sequence[Body]) -> kkt.Entries:
-    """The same of bodies alone."""
+    """The lower entries of the mass matrix of bodies, without rotors."""
     entries: kkt.Entries = {}
     for i, body in enumerate(bodies):
         for c in range(3):
@@ -60,7 +60,7 @@ def shaped(model: Model) -> list[Body]:
 
 
 def gravity(model: Model, t: Number) -> Any:
-    """Its three components (m/s^2, global) at time t."""
+    """The three components of gravity (m/s^2, global) at time t."""
     return tuple(at_time(g, t) for g in model.gravity)
 
 

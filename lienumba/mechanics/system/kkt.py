@@ -258,7 +258,7 @@ class Eliminated:
         return [*columns, *self.factors.inverse, *self.row_weights, self.nonsingular, self.margin]
 
     def with_numbers(self, numbers: Sequence[Number]) -> "Eliminated":
-        """The same with other numbers, in the order of `numbers`."""
+        """An elimination with other numbers, in the order of `numbers`."""
         given = iter(numbers)
         column = [{i: next(given) for i in column} for column in self.factors.column]
         inverse = [next(given) for _ in self.factors.inverse]

@@ -59,13 +59,13 @@ class Record(Protocol):
         """The numbers of a variable that were computed when it was stored, in one row."""
 
     def state(self, first: int, end: int) -> np.ndarray:
-        """These rows of the state of every body."""
+        """Rows of the state of every body, from `first` to before `end`."""
 
     def work(self) -> np.ndarray | float:
         """Integrated along the step, with what changes have done; 0 where nothing ever works on the system."""
 
     def iterations(self, projection: int) -> np.ndarray:
-        """Of the positions (0), of the velocities (1)."""
+        """The iterations of the projection of the positions (0) or the velocities (1)."""
 
 
 @dataclass(frozen=True)
@@ -181,16 +181,16 @@ MODE = OutputVariable(
 
 
 def usual() -> list[str]:
-    """Those that are stored where none are named."""
+    """The names of the variables that are stored where none are named."""
     return [name for name, x in OUTPUT_VARIABLES.items() if not x.asked]
 
 
 def kept_at_end() -> list[OutputVariable]:
-    """Those that are also known where a run ended."""
+    """The variables that are also known where a run ended."""
     return [x for x in OUTPUT_VARIABLES.values() if x.state is not None]
 
 
 def kept_largest() -> dict[str, OutputVariable]:
-    """Those whose largest absolute value is kept, by its name; what is derived from others comes last."""
+    """The variables whose largest absolute value is kept, by its name; what is derived from others comes last."""
     found = {x.largest: x for x in OUTPUT_VARIABLES.values() if x.largest}
     return dict(sorted(found.items(), key=lambda item: item[1].rows is None))

@@ -33,12 +33,12 @@ class Rotor:
 
     @property
     def bodies(self) -> tuple[int, ...]:
-        """Those that it couples."""
+        """The bodies that the rotor couples."""
         return tuple(i for i in self.model.joints[self.joint].bodies if i != GROUND)
 
     @property
     def kind(self) -> str:
-        """Of the coordinate with whose rate it turns."""
+        """The kind of the coordinate with whose rate the rotor turns."""
         return JOINTS[self.model.joints[self.joint].type].rotor
 
     @property
@@ -70,7 +70,7 @@ class Rotor:
 
 
 def rotors_of(model: Model) -> list[Rotor]:
-    """Those of all joints."""
+    """The rotors of all joints."""
     return [Rotor(model, j) for j, joint in enumerate(model.joints) if not is_zero(joint.armature)]
 
 

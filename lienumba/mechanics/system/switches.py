@@ -53,7 +53,7 @@ class Switch:
 
     @property
     def numbers(self) -> tuple[int, ...]:
-        """As drivers know it: see `lienumba.integrators.layout`."""
+        """The numbers of the switch for drivers: see `lienumba.integrators.layout`."""
         grip = self.memory + self.memories - len(RIGID) if self.compliant else -1
         shape = self.first, self.rows, self.tangents, self.memory, self.memories
         return KINDS[self.what], *shape, int(self.shares), grip
@@ -129,19 +129,19 @@ def modes_of(model: Model, on: Sequence[Number], memory: Sequence[Number]) -> Mo
 
 
 def resting(modes: Modes) -> Modes:
-    """The same where no joint slides with friction."""
+    """Modes with no joint sliding with friction."""
     return {key: replace(mode, on=OFF) if key[0] == FRICTION else mode for key, mode in modes.items()}
 
 
 def permanent(model: Model) -> Model:
-    """The same without its switched constraints, and without friction that sticks; joints keep their numbers."""
+    """The model without its switched constraints and friction that sticks; joints keep their numbers."""
     joints = tuple(replace(j, active=j.active and not j.switched, switched=False) for j in model.joints)
     return at_start(replace(model, joints=joints))
 
 
 def at_start(model: Model) -> Model:
-    """The same with the joints that hold at the start as permanent ones, and no other switched constraint, nor friction
-    that sticks."""
+    """The model with the joints that hold at the start as permanent ones, without other switched constraints and
+    friction that sticks."""
     joints = tuple(replace(joint, switched=False) for joint in model.joints)
     forces = tuple(force for force in model.forces if not sticks(force))
     return replace(model, joints=joints, forces=forces, locks=(), limits=(), contacts=())

@@ -50,7 +50,7 @@ def along(posture: Posture, force: Force) -> tuple[int, Any] | None:
 
 
 def efforts(every: Iterable[tuple[int, Any]]) -> dict[int, Any]:
-    """Those of all forces together, by rate."""
+    """The sum of the efforts of all forces, by rate."""
     found: dict[int, Any] = {}
     for rate, x in every:
         found[rate] = found[rate] + x if rate in found else x

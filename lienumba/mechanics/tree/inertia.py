@@ -42,7 +42,7 @@ class Rigid(NamedTuple):
         return Rigid(self.m + other.m, so3.add(self.h, other.h), _sum(self.J, other.J))
 
     def general(self) -> "General":
-        """The same as any other matrix."""
+        """The inertia as a general matrix."""
         m = self.m
         return General((m, m, m, 0.0, 0.0, 0.0), so3.hat(so3.scale(-1.0, self.h)), tuple(self.J))
 
@@ -102,7 +102,7 @@ def plus(a: Inertia, b: Inertia) -> Inertia:
 
 
 def column(A: Inertia, k: int) -> Six:
-    """Of the 6 x 6 matrix."""
+    """A column of the 6 x 6 matrix."""
     M, H, J = A.general()
     if k < 3:
         return (*(M[PLACES[n][k]] for n in range(3)), *H[3 * k : 3 * k + 3])

@@ -81,7 +81,7 @@ class Tree:
 
     @property
     def joints(self) -> set[int]:
-        """Those that hold by the links alone."""
+        """The joints that hold by the links alone."""
         return joints_of(self.ties)
 
 
@@ -133,7 +133,7 @@ def tree_of(model: Model) -> Tree:
 
 
 def moves_of(model: Model, tie: Tie) -> tuple[Move, ...]:
-    """Those of a body against its parent."""
+    """The moves of a body against its parent."""
     if tie.joint is None:
         return (Free(),)
     moves = JOINTS[model.joints[tie.joint].type].moves
@@ -157,7 +157,7 @@ def _ends(model: Model, tie: Tie, parent: Frame) -> tuple[Frame, Frame]:
 
 
 def with_ways(model: Model, bodies: Sequence[State], usual: Model | None = None) -> Model:
-    """The same model, knowing which axes of joints point against each other where the bodies are, in every run. usual:
+    """The model, knowing which axes of joints point against each other where the bodies are, in every run. usual:
     the same model as it is nominally; where all runs are so, or say nothing, their ways are its."""
     joints = []
     for n, joint in enumerate(model.joints):
@@ -172,7 +172,7 @@ def with_ways(model: Model, bodies: Sequence[State], usual: Model | None = None)
 
 
 def _cosine(joint: Joint, bodies: Sequence[State]) -> Any:
-    """Of the angle between its axes."""
+    """The cosine of the angle between the axes of a joint."""
     assert joint.frames is not None
     return so3.dot(*(_axis(bodies, body, frame) for body, frame in zip(joint.bodies, joint.frames, strict=True)))
 

@@ -49,7 +49,7 @@ GROUNDED = Moving(so3.IDENTITY, ZERO, ZERO, ZERO, (), ZERO, (*ZERO, *ZERO))
 
 
 def moving_links(tree: Tree, z: Vector) -> list[Moving]:
-    """Of every link, at this state of its moves."""
+    """The motion of every link, at this state of its moves."""
     found: list[Moving] = []
     for link in tree.links:
         found.append(_moving(link, GROUNDED if link.parent == GROUND else found[link.parent], state_of(link, z)))

@@ -40,7 +40,7 @@ class Posture:
         return moving_links(self.tree, tuple(self.z))
 
     def resting(self) -> "Posture":
-        """The same where no joint slides with friction."""
+        """The mechanism with no joint sliding with friction."""
         return replace(self, modes=resting(self.modes))
 
     @cached_property

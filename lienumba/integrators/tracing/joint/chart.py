@@ -66,14 +66,14 @@ class JointChart(Chart):
         return largest
 
     def settled(self, x: Element) -> Element:
-        """The same without what rounding has added."""
+        """The element with its rotations orthogonal again after roundoff."""
         z: list[Number] = []
         for link in self.tree.links:
             z += link.move.settled(state_of(link, x))
         return (*z, *x[self.tree.state :])
 
     def own(self, link: Link, u: Coordinates) -> Vector:
-        """Those of one link: of its place and of its rates."""
+        """The coordinates of one link: of its place, then of its rates."""
         first, count = link.first_rate, link.move.freedoms
         rates = self.tree.freedoms + first
         return (*u[first : first + count], *u[rates : rates + count])

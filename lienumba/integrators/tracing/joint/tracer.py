@@ -55,7 +55,7 @@ class JointTracer(Tracer):
         return 1, tree.state + self.laws, tree.freedoms
 
     def tree(self, model: Model) -> Tree:
-        """Of a model on symbols; the last one is remembered."""
+        """The tree of a model on symbols; the last one is remembered."""
         known = getattr(self, "_known", None)
         if known is None or known[0] is not model:
             known = self._known = model, tree_of(model)
@@ -86,7 +86,7 @@ class JointTracer(Tracer):
         return min((0, *NEAR) if branches else (0, *NEAR, tree.freedoms), key=self._operations)
 
     def _operations(self, waiting: int) -> int:
-        """Of the accelerations alone, without forces and without what closes loops."""
+        """Count the operations of the accelerations, without forces and closing constraints."""
         graph, model = self.graph()
         free = replace(model, forces=(), drivers=())
         tree = self.tree(model)

@@ -10,7 +10,7 @@ from lienumba.mechanics.mechanism import kinematics
 
 
 def smooth(tracer: Tracer, wanted: set[int]) -> set[int]:
-    """Those of these signals, by their numbers."""
+    """The wanted signals (by their numbers) without kinks and jumps."""
     if not wanted:
         return set()
     graph, model = tracer.graph(Graph(analytic=True))

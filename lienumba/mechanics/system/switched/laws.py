@@ -39,7 +39,7 @@ class Switched:
 
 
 def laws(model: Model) -> Iterator[Switched]:
-    """Of all switches but joints, in the order of their rows."""
+    """The laws of all switches but joints, in the order of their rows."""
     for switch in switches_of(model):
         if switch.what == LOCK:
             lock = model.locks[switch.index]

@@ -22,7 +22,7 @@ REST = 1e-3  # of the speed that the acceleration gives within the length
 
 
 def lengths(model: Model, now: Instant) -> list[Any]:
-    """Of every switched row (m, or 1)."""
+    """The length of every switched row (m, or 1)."""
     bodies, found = with_lent_masses(model).bodies, list[Any]()
     reach, far, _ = constraints.sizes(model, now)
     for c in constraints.constraints_of(model):

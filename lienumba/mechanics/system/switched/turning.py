@@ -171,7 +171,7 @@ def _strained(model: Model, switch: Switch, now: Instant) -> Any:
 
 
 def _effort(model: Model, switch: Switch, now: Instant, name: str) -> Any:
-    """Of the friction of a joint (N or N m)."""
+    """The effort of the friction of a joint (N or N m)."""
     everything = kinematics.still(now, tuple(range(len(model.bodies))))
     return evaluate(model, model.forces[switch.index].numbers[name], everything)
 
