@@ -23,7 +23,7 @@ from lienumba.integrators.methods import munthe_kaas
 from lienumba.integrators.methods.charts import Coordinates
 from lienumba.integrators.methods.generalized_alpha import Weights, weights
 from lienumba.integrators.tracing.implicit import alpha_system, stage_system
-from lienumba.integrators.tracing.linear.equations import Equations, Held
+from lienumba.integrators.tracing.linear.equations import Equations, More
 from lienumba.integrators.tracing.step_kernels import Reports, augmented_after
 from lienumba.integrators.tracing.tracer import Tracer, flat
 from lienumba.mechanics.mechanism.model import Model
@@ -41,7 +41,7 @@ def rows_of(tracer: Tracer) -> int:
 
 def kernels(tracer: Tracer) -> dict[str, Kernel]:
     """All of them; `tracer.sizes` has the rows of an iterate."""
-    equations = Equations.of(tracer, Held())
+    equations = Equations.of(tracer, More())
     return {"guess": _guess(tracer), "newton": _newton(tracer, equations), "step": _step(tracer, equations)}
 
 

@@ -19,7 +19,7 @@ along the same velocities, so that M is symmetric; what a step of `JointChart.sl
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -29,7 +29,6 @@ from lienumba.compiler.symbols import Graph, Symbol, uncollected
 from lienumba.compiler.tape import Tape
 from lienumba.integrators import layout
 from lienumba.integrators.tracing.tracer import Posture, Tracer
-from lienumba.mechanics.mechanism.kinematics import Instant
 from lienumba.mechanics.mechanism.model import Model
 from lienumba.mechanics.mechanism.tables import RunNumbers
 from lienumba.mechanics.system import constraints
@@ -38,6 +37,7 @@ from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero
 
 STATE, CLOCK, UNKNOWN, INPUTS = "state", "clock", "unknown", "inputs"
+VIOLATIONS = "positions", "rates"  # of the constraints
 FEW = 24  # runs, of which floats take less time than arrays
 Row = Sequence[Any] | npt.NDArray[Any]
 Block = dict[tuple[int, int], Any]  # the entries that are not exactly zero
@@ -106,36 +106,24 @@ class Linear:
         return whole
 
 
-class More(Protocol):
-    """What somebody wants to be differentiated beside f: inputs of theirs in the model, and other outputs."""
+@dataclass(frozen=True)
+class More:
+    """What is differentiated beside f: inputs that are added to the model, here none, and other outputs, here Phi and
+    Phi' of the rows in use."""
 
     @property
-    def inputs(self) -> int: ...
+    def inputs(self) -> int:
+        """How many inputs there are."""
+        return 0
 
     def model(self, model: Model, t: Any, inputs: Sequence[Any]) -> Model:
-        """The model with their inputs, at this time."""
-
-    def outputs(self, model: Model, posture: Posture, mask: list[Any], used: Sequence[int]) -> dict[str, list[Any]]:
-        """Others, by name."""
-
-
-def violations(model: Model, now: Instant, mask: list[Any], used: Sequence[int]) -> dict[str, list[Any]]:
-    """Phi and Phi' of the rows in use."""
-    residual, rates = constraints.residual(model, now), constraints.rates(model, now)
-    return {"positions": [mask[row] * residual[row] for row in used], "rates": [mask[row] * rates[row] for row in used]}
-
-
-@dataclass(frozen=True)
-class Held:
-    """`violations`, beside f."""
-
-    inputs: int = 0
-
-    def model(self, model: Model, t: Any, inputs: Sequence[Any]) -> Model:
+        """The model with the inputs, at this time."""
         return model
 
     def outputs(self, model: Model, posture: Posture, mask: list[Any], used: Sequence[int]) -> dict[str, list[Any]]:
-        return violations(model, posture.now, mask, used)
+        """The outputs by name."""
+        levels = constraints.residual(model, posture.now), constraints.rates(model, posture.now)
+        return {name: [mask[row] * x[row] for row in used] for name, x in zip(VIOLATIONS, levels, strict=True)}
 
 
 @dataclass(frozen=True)

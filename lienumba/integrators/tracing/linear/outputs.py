@@ -11,7 +11,7 @@ from typing import Any
 
 from lienumba.errors import ScenarioError
 from lienumba.groups import so3
-from lienumba.integrators.tracing.linear.equations import violations
+from lienumba.integrators.tracing.linear.equations import More
 from lienumba.integrators.tracing.tracer import Posture as Still
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.quantities import joined
@@ -101,7 +101,7 @@ def _sum(x: Any, more: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class LinearOutputs:
+class LinearOutputs(More):
     """inputs: those that are added; seen: names of components of quantities."""
 
     added: tuple[Input, ...]
@@ -127,7 +127,7 @@ class LinearOutputs:
         now = posture.now
         view = kinematics.still(now, tuple(range(len(now.bodies))))
         return {
-            **violations(model, now, mask, used),
+            **super().outputs(model, posture, mask, used),
             "bodies": [x for body in now.bodies for x in (*body[12:15], *so3.rotate(body[3:12], body[15:18]))],
             "axes": [x for link in turning_links(posture.tree) for x in _axes(posture, link)],
             "seen": [quantities.component(model, name, view) for name in self.seen],

@@ -48,16 +48,13 @@ class Blocks:
 
 @dataclass(frozen=True)
 class Reduced:
-    """x' = A x + B u of x = (y, z, s), and how dq, dv, da and dmu follow from x and u; chosen: the numbers of dq and of
-    dv that y and z are."""
+    """x' = slopes (x, u) of x = (y, z, s), and how dq, dv, da and dmu (`motion`) follow from (x, u): matrices of `size`
+    columns for x and behind them those for u; chosen: the numbers of dq and of dv that y and z are."""
 
-    A: Array
-    B: Array
-    q: tuple[Array, Array]
-    v: tuple[Array, Array]
-    a: tuple[Array, Array]
-    mu: tuple[Array, Array]
+    slopes: Array
+    motion: Mapping[str, Array]
     chosen: tuple[Array, Array]
+    size: int
 
 
 def reduced(blocks: Blocks, independent: tuple[Array, Array]) -> Reduced:
@@ -89,6 +86,4 @@ def reduced(blocks: Blocks, independent: tuple[Array, Array]) -> Reduced:
         (da + b.turning @ dv)[:, chosen[1]],
         sums(b.laws, s, {**every, "a": da, "mu": dmu}),
     ]
-    whole = np.concatenate(slopes, axis=1)
-    q, v, a, mu = ((x[:, :, :size], x[:, :, size:]) for x in (dq, dv, da, dmu))
-    return Reduced(whole[:, :, :size], whole[:, :, size:], q, v, a, mu, chosen)
+    return Reduced(np.concatenate(slopes, axis=1), {"q": dq, "v": dv, "a": da, "mu": dmu}, chosen, size)

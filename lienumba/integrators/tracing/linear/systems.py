@@ -216,16 +216,14 @@ def size_of(model: Model) -> Any:
     return np.max(np.broadcast_arrays(*(np.asarray(x, float) for x in (*own, *reach))), axis=0)
 
 
-def _system(runs: Array, found: Reduced, seen: Mapping[str, Array], bodies: Array, scale: Array) -> Systems:
-    size = found.A.shape[1]
-    laws = size - sum(map(len, found.chosen))
-    whole = [np.concatenate(x, axis=2) for x in (found.q, found.v, found.a, found.mu)]
-    total = sum((seen[by] @ x for by, x in zip(("q", "v", "a", "mu"), whole, strict=True)), np.zeros(()))
-    total[:, :, size - laws : size] += seen["laws"]
-    total[:, :, size:] += seen["inputs"]
-    return Systems(
-        runs, found.A, found.B, total[:, :, :size], total[:, :, size:], bodies @ found.q[0], found.chosen, scale
-    )  # fmt: skip
+def _system(runs: Array, own: Reduced, seen: Mapping[str, Array], bodies: Array, scale: Array) -> Systems:
+    size, laws = own.size, own.size - sum(map(len, own.chosen))
+    outputs = sum((seen[by] @ x for by, x in own.motion.items()), np.zeros(()))
+    outputs[:, :, size - laws : size] += seen["laws"]
+    outputs[:, :, size:] += seen["inputs"]
+    A, B = own.slopes[:, :, :size], own.slopes[:, :, size:]
+    shapes = bodies @ own.motion["q"][:, :, :size]
+    return Systems(runs, A, B, outputs[:, :, :size], outputs[:, :, size:], shapes, own.chosen, scale)
 
 
 def _of(blocks: Blocks, runs: Array) -> Blocks:
