@@ -45,7 +45,7 @@ def close(tracer: Tracer, along: bool = False) -> Kernel:
 
 
 def allowed(tracer: Tracer, graph: Graph, model: Model, v: list[Number]) -> list[Number]:
-    """Of changes of the velocities what the constraints at the end of the step allow."""
+    """The part of changes of the velocities that the constraints at the end of the step allow."""
     rows = graph.inputs("extra", tracer.augmented.rows, layout.element_rows(tracer.sizes))
     after = tracer.posture(model, tracer.state(graph, "extra"), rows, graph.input("clock", layout.TIME))
     return tracer.allowed(model, after, tracer.mask(rows), v)
@@ -59,8 +59,8 @@ def _along(tracer: Tracer, graph: Graph, model: Model, z: list[Coordinates]) -> 
 
 
 def work_error_square(tracer: Tracer, graph: Graph, model: Model, behind: int) -> Number:
-    """Of the work in a step. What is prescribed moves as exactly where a force has a kink as elsewhere, so that nothing
-    but the power of its driver shows the kink."""
+    """The squared error of the work in a step. Prescribed motion is as exact at a kink of a force as elsewhere, so that
+    nothing but the power of its driver shows the kink."""
     h, sizes, place = graph.input("clock", layout.LENGTH), tracer.sizes, len(tracer.augmented.angles)
     stages = [*range(sizes.stages), sizes.slopes - 1]
     power = [(graph.input("extra", behind + layout.report_row(sizes, s) + layout.POWER),) for s in stages]
@@ -140,7 +140,7 @@ def _within(tracer: Tracer, graph: Graph, model: Model) -> tuple[list[State], li
 
 
 def _slopes(tracer: Tracer, graph: Graph, element: int, behind: int) -> list[Coordinates]:
-    """Of all stages; behind: the rows before them."""
+    """The slopes of all stages; behind: the rows before them."""
     every, size = range(tracer.sizes.slopes - 1), tracer.chart.size
     return [graph.inputs("extra", size, behind + layout.slope_row(tracer.sizes, element, s)) for s in every]
 

@@ -138,8 +138,11 @@ def _weighted(h: Number, weights: Iterable[Fraction], numbers: Sequence[Number])
 
 
 def _quadrature(tracer: Tracer) -> Kernel:
-    """The same from what all stages have said, and where a tolerance chooses steps the square of how wrong each may
-    be, and what it would be if all stages were as large as the largest; extra: the slopes."""
+    """The integrals of signals over a step, from their values in all stages.
+
+    Where a tolerance chooses steps, the squared error of each integral follows, then the integral if all stages were as
+    large as the largest. extra: the slopes.
+    """
     graph, _ = tracer.graph()
     h, sizes, every = _clock(graph)[1], tracer.sizes, range(len(tracer.integrands))
     last = [sizes.slopes - 1] if tracer.method.adaptive else []
