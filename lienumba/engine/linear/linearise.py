@@ -85,15 +85,15 @@ def linearise(
     for k, states in enumerate(asked.states(tracer, prepared)):
         check_states(tracer, states)
         origins.append(states.origin)
-        for found in largest_first(recorded.systems(states, turning(rotation))):
+        for system in largest_first(recorded.systems(states, turning(rotation))):
             if names_x is None:
-                names_x = state_names(tracer, model, found)
+                names_x = state_names(tracer, model, system)
                 n, shape = len(names_x), (len(asked.labels), len(asked.times))
                 sizes = {"A": (n, n), "B": (n, len(names_u)), "C": (len(seen), n), "D": (len(seen), len(names_u))}
                 whole = {name: np.full((*shape, *size), np.nan) for name, size in sizes.items()}
-            if names_x == state_names(tracer, model, found):
-                for name, x in (("A", found.A), ("B", found.B), ("C", found.C), ("D", found.D)):
-                    whole[name][found.runs, k] = x
+            if names_x == state_names(tracer, model, system):
+                for name, x in (("A", system.A), ("B", system.B), ("C", system.C), ("D", system.D)):
+                    whole[name][system.runs, k] = x
     if names_x is None:
         raise ScenarioError("no run is there at these times: the runs fail before; see their status with lienumba run")
     dims = {"A": ("state", "by_state"), "B": ("state", "input"), "C": ("output", "by_state"), "D": ("output", "input")}
@@ -140,16 +140,16 @@ def check_states(tracer: FreedomTracer, states: States) -> None:
 
 def largest_first(systems: Iterator[Systems]) -> list[Systems]:
     """Sort systems, those of the most runs first."""
-    return sorted(systems, key=lambda found: -len(found.runs))
+    return sorted(systems, key=lambda system: -len(system.runs))
 
 
-def state_names(tracer: FreedomTracer, model: Model, found: Systems) -> list[str]:
+def state_names(tracer: FreedomTracer, model: Model, system: Systems) -> list[str]:
     """The names of the numbers of x: coordinates of joints and free bodies, their rates, states of laws."""
     links = tracer.tree(tracer.graph()[1]).links
     names: list[str] = []
     for link in links:
         names += _names(model, link, [x for x in links if x.joint == link.joint and x.joint is not None])
-    places, rates = found.chosen
+    places, rates = system.chosen
     laws = [f"{law}.{n}" for law, size in tracer.law_states.sizes.items() for n in _law_names(model, law, size)]
     return [*(names[n] for n in places), *(f"{names[n]}.rate" for n in rates), *laws]
 

@@ -74,19 +74,19 @@ def modes(
     prepared = asked.prepared()
     tracer, model = FreedomTracer.of(prepared.model), prepared.nominal.model
     recorded = Recorded.of(tracer, LinearOutputs((), ()), prepared.model)
-    weights, found, poses, origins = weights_of(model), [], [], []
+    weights, tracks, poses, origins = weights_of(model), [], [], []
     for states in asked.states(tracer, prepared):
         check_states(tracer, states)
         origins.append(states.origin)
         values, moved = _eigenvalues(recorded, states, turning(rotation), shapes)
-        found.append(Tracked(values) if moved is None else tracked(values, moved, weights, asked.samples))
+        tracks.append(Tracked(values) if moved is None else tracked(values, moved, weights, asked.samples))
         if shapes:
             poses.append(states.bodies(tracer, prepared.model)[:, :, :POSE])
-    if not any(np.isfinite(x.values).any() for x in found):
+    if not any(np.isfinite(x.values).any() for x in tracks):
         raise ScenarioError("no run has modes at these times: it fails before, or nothing of it can move")
     start = np.asarray(prepared.states).reshape(len(asked.labels), -1, ELEMENT)[:, :, :POSE]
     origin = asked.origins(origins, tracer, prepared)
-    return _dataset(asked, model, found, poses and [start, *poses], origin, turning(rotation))
+    return _dataset(asked, model, tracks, poses and [start, *poses], origin, turning(rotation))
 
 
 def _eigenvalues(recorded: Recorded, states: Any, rotation: Any, shapes: bool) -> tuple[Array, Array | None]:
@@ -122,9 +122,9 @@ def _of_system(system: Systems, shapes: bool) -> tuple[Array, Array, Array | Non
     if vectors is None:
         return runs, values, None
     moved = system.bodies[finite] @ np.take_along_axis(vectors, order[:, None, :], axis=2)
-    found = _by_largest(transposed(moved))
-    found[np.isnan(values)] = NONE
-    return runs, values, found
+    shapes_of = _by_largest(transposed(moved))
+    shapes_of[np.isnan(values)] = NONE
+    return runs, values, shapes_of
 
 
 def _by_largest(shapes: Array) -> Array:
@@ -135,10 +135,10 @@ def _by_largest(shapes: Array) -> Array:
 
 
 def _dataset(
-    asked: Asked, model: Model, found: Sequence[Tracked], poses: Sequence[Array], origin: Mapping[str, Any],
+    asked: Asked, model: Model, tracks: Sequence[Tracked], poses: Sequence[Array], origin: Mapping[str, Any],
     rotation: Sequence[float],
 ) -> "xr.Dataset":  # fmt: skip
-    most = max(x.values.shape[1] for x in found)
+    most = max(x.values.shape[1] for x in tracks)
 
     def whole(parts: Sequence[Array], fill: Any = np.nan) -> Array:
         padded = [
@@ -146,7 +146,7 @@ def _dataset(
         ]
         return np.stack(padded, axis=1)
 
-    values, dims = whole([x.values for x in found], NONE), MODE
+    values, dims = whole([x.values for x in tracks], NONE), MODE
     sizes = np.abs(values)
     growing = grows(values.reshape(-1, most)).reshape(values.shape)
     with np.errstate(all="ignore"):
@@ -175,12 +175,12 @@ def _dataset(
         "time": asked.times, "mode": np.arange(1, most + 1), "quantile": list(QUANTILES),
     }  # fmt: skip
     if poses:
-        shape = whole([x.shapes for x in found])
+        shape = whole([x.shapes for x in tracks])
         parts = np.stack([shape.real, shape.imag], axis=-1).reshape(*shape.shape[:3], -1, 2, 3, 2)
         variables["translation"] = (SHAPE, parts[:, :, :, :, 0], {"units": "m", "frame": "global"})
         variables["turn"] = (SHAPE, parts[:, :, :, :, 1], {"units": "rad", "frame": "global"})
         likeness = "likeness to the shape it was compared with"
-        variables["mac"] = (dims, whole([x.mac for x in found]), {"units": "1", "long_name": likeness})
+        variables["mac"] = (dims, whole([x.mac for x in tracks]), {"units": "1", "long_name": likeness})
         crossed = np.stack([crossings(x) for x in values.swapaxes(0, 1)], axis=1)
         variables["crossed"] = (dims, crossed, {"long_name": "stands elsewhere among the frequencies of its run"})
         for prefix, pose in (("start_", poses[0]), ("", np.stack(poses[1:], axis=1))):
@@ -195,12 +195,12 @@ def _dataset(
 
 def _quantiles(x: Array, weights: Array | None) -> Array:
     """Over the runs that have the mode (quantiles, time, mode); weights: of runs, if they have some."""
-    found = np.full((len(QUANTILES), *x.shape[1:]), np.nan)
+    quantiles = np.full((len(QUANTILES), *x.shape[1:]), np.nan)
     for place in np.ndindex(x.shape[1:]):
         own = x[(slice(None), *place)]
         there = np.isfinite(own)
         if weights is None and there.any():
-            found[(slice(None), *place)] = np.quantile(own[there], QUANTILES)
+            quantiles[(slice(None), *place)] = np.quantile(own[there], QUANTILES)
         elif weights is not None and weights[there].any():
-            found[(slice(None), *place)] = weighted.quantiles(own[there], weights[there], QUANTILES)
-    return found
+            quantiles[(slice(None), *place)] = weighted.quantiles(own[there], weights[there], QUANTILES)
+    return quantiles

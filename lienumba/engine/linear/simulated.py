@@ -54,12 +54,12 @@ def simulated(scenario: Scenario, prepared: Prepared, times: list[float]) -> dic
     ends, in steps that are a little shorter. At t = 0 all has changed that changes there."""
     h, end = scenario.data.integrator.step, scenario.data.integrator.end_time
     between = [t for t in times if h is not None and count(t, h) is None]
-    found = {}
+    records_at = {}
     if 0.0 in times:
-        found[0.0] = _run(resolve({**scenario.to_dict(), "output": {"times": [end]}}), prepared, [0.0])
+        records_at[0.0] = _run(resolve({**scenario.to_dict(), "output": {"times": [end]}}), prepared, [0.0])
     if common := [t for t in times if t > 0.0 and t not in between]:
         records = _run(resolve({**scenario.to_dict(), "output": {"times": common}}), prepared, common)
-        found.update(dict.fromkeys(common, records))
+        records_at.update(dict.fromkeys(common, records))
     for t in between:
         assert h is not None
         data = scenario.to_dict()
@@ -69,8 +69,8 @@ def simulated(scenario: Scenario, prepared: Prepared, times: list[float]) -> dic
         except ScenarioError:
             rule = f"must be a whole number of steps of integrator.step = {h:g} s, which cannot be shortened here"
             raise ScenarioError.at("at", rule, f"give {nearest_multiple(t, h):g}", t) from None
-        found[t] = _run(finer, prepared, [t])
-    return found
+        records_at[t] = _run(finer, prepared, [t])
+    return records_at
 
 
 def _run(scenario: Scenario, prepared: Prepared, times: list[float]) -> Records:
@@ -78,14 +78,14 @@ def _run(scenario: Scenario, prepared: Prepared, times: list[float]) -> Records:
     again = replace(prepared, nominal=replace(prepared.nominal, scenario=scenario))
     program, machine = compiled_of(scenario, again, False)
     batch = replace(batch_of(scenario, again, program, machine), until=times[-1])
-    found = np.full((batch.runs, len(times), state_rows(program.sizes)), np.nan)
+    states = np.full((batch.runs, len(times), state_rows(program.sizes)), np.nan)
 
     def taken(chunk: Chunk) -> Chunk:
         records = chunk.records[:, :1] if times == [0.0] else chunk.records[:, -len(times) :]
-        found[chunk.runs] = per_run(records[:, :, : found.shape[2]], len(chunk.codes))
+        states[chunk.runs] = per_run(records[:, :, : states.shape[2]], len(chunk.codes))
         return chunk
 
     workers = usable_cores()
     for _ in execute(tasks(batch, workers, taken, Cost()), workers, lambda _: None):
         pass
-    return Records(program, found, by_joints(scenario), times)
+    return Records(program, states, by_joints(scenario), times)

@@ -151,7 +151,7 @@ def _is_dataset(source: object) -> bool:
 
 def _times(at: At, end: float) -> list[float]:
     """Each once."""
-    found: dict[float, None] = {}
+    times: dict[float, None] = {}
     for x in [at] if isinstance(at, float | int | str) else at:
         try:
             t = end if x == END else float(x)
@@ -159,7 +159,7 @@ def _times(at: At, end: float) -> list[float]:
             raise ScenarioError.at("at", "must be times in s", 'give numbers such as 0 and 1.5, or "end"', x) from None
         if not isfinite(t) or not 0.0 <= t <= end:
             raise ScenarioError.at("at", f"must lie from 0 to integrator.end_time = {end:g} s", "give such times", x)
-        found[t] = None
-    if not found:
+        times[t] = None
+    if not times:
         raise ScenarioError.at("at", "must have at least one time", 'give numbers such as 0 and 1.5, or "end"')
-    return [*found]
+    return [*times]

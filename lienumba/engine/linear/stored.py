@@ -39,8 +39,8 @@ class Stored:
         """What a dataset has of these runs at those of these times at which it has something."""
         end = scenario.data.integrator.end_time
         kept = ds["time"].values if "time" in ds.coords else np.zeros(0)
-        found = [(t, int(abs(kept - t).argmin())) for t in times if t > 0.0 and len(kept)]
-        found = [(t, n) for t, n in found if abs(kept[n] - t) <= SAME * end]
+        places = [(t, int(abs(kept - t).argmin())) for t in times if t > 0.0 and len(kept)]
+        places = [(t, n) for t, n in places if abs(kept[n] - t) <= SAME * end]
         lacking = next((name for name in BODIES if name not in ds or "time" not in ds[name].dims), "")
         if lacking:
             return Stored([], {}, f"it does not store {lacking}")
@@ -52,14 +52,14 @@ class Stored:
         rounded = [name for name in BODIES if ds[name].dtype != WHOLE or "precision" in ds[name].attrs]
         if rounded:
             return Stored([], {}, f"it stores {rounded[0]} rounded")
-        if not found:
+        if not places:
             return Stored([], {})
-        some = ds.isel(time=[n for _, n in found]).sel({dim: list(labels)})
+        some = ds.isel(time=[n for _, n in places]).sel({dim: list(labels)})
         also = [str(x) for x in some.data_vars if some[x].dims == (dim, "time") and some[x].dtype == WHOLE]
         also += [ALONG] if ALONG in some and some[ALONG].dims[:2] == (dim, "time") else []
         exact = [name for name in also if "precision" not in some[name].attrs]
         what = {name: np.moveaxis(some[name].values, 1, 0) for name in (*BODIES, *exact)}
-        return Stored([t for t, _ in found], what)
+        return Stored([t for t, _ in places], what)
 
     def lacks(self, tracer: FreedomTracer, model: Model) -> str:
         """Why the states are not known, if they are not; model: the nominal one."""
@@ -107,8 +107,8 @@ class Stored:
         own = coordinate_of(which)
         along = joints.coordinates(model)
         if ALONG in self.what and own in along and self.what[ALONG].shape[2] == len(joint_coordinates.units(model)):
-            found: np.ndarray = self.what[ALONG][:, :, along.index(own)]
-            return found
+            angle: np.ndarray = self.what[ALONG][:, :, along.index(own)]
+            return angle
         names = [quantities.joined(x.name, own.kind) for x in model.quantities if _of_joint(x, own)]
         return next((self.what[name] for name in names if name in self.what), None)
 

@@ -37,10 +37,10 @@ class Tracked:
 
 def weights_of(model: Model) -> Array:
     """The weights of shapes (6 k): for the shift and turn of each body its mass and mean moment of inertia."""
-    found: list[float] = []
+    weights: list[float] = []
     for body in model.bodies:
-        found += [float(body.mass)] * 3 + [float(sum(body.inertia[:3])) / 3.0] * 3
-    return np.array(found)
+        weights += [float(body.mass)] * 3 + [float(sum(body.inertia[:3])) / 3.0] * 3
+    return np.array(weights)
 
 
 def compared(there: Array, samples: Mapping[str, Array]) -> tuple[Array, Array]:
@@ -77,18 +77,18 @@ def crossings(values: Array) -> Array:
     where these two differ."""
     frequency = values.imag
     least = EQUAL * np.nanmax(np.abs(frequency), axis=1, initial=0.0)[:, None]
-    found = np.zeros(frequency.shape, bool)
+    crossed = np.zeros(frequency.shape, bool)
     for n in range(frequency.shape[1]):
         above = np.nan_to_num(frequency - frequency[:, n : n + 1])
         side = np.where(np.abs(above) > least, np.sign(above), 0.0)
         first = (side != 0.0).argmax(axis=0)
-        found |= side * side[first, np.arange(len(first))] < 0.0
-    return found
+        crossed |= side * side[first, np.arange(len(first))] < 0.0
+    return crossed
 
 
 def _unit(shapes: Array, weights: Array) -> Array:
     """Shapes of length 1; 0 where nothing moves, or there is none."""
-    found = np.nan_to_num(shapes)
-    sizes = np.sqrt((np.abs(found) ** 2 * weights).sum(axis=2, keepdims=True))
+    finite = np.nan_to_num(shapes)
+    sizes = np.sqrt((np.abs(finite) ** 2 * weights).sum(axis=2, keepdims=True))
     sizes[sizes == 0.0] = 1.0
-    return found / sizes
+    return finite / sizes

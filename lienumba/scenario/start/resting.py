@@ -17,10 +17,13 @@ from lienumba.scenario.start.stops import begin_beyond
 
 @dataclass(frozen=True)
 class Resting:
-    """model: with the states of laws; states (runs, 18 k) of bodies; angles: those that are counted (runs,); status
-    (runs,): see `codes.EQUILIBRIA`; of a run without an equilibrium the others are as they were given. force, growth
-    (runs,): see `equilibrium.Resting`; flowing: the model of the search, whose inputs rest at their limits; now: all
-    runs where the search ended."""
+    """The states of runs in their equilibria.
+
+    model: with the states of laws; states (runs, 18 k) of bodies; angles: those that are counted (runs,); status
+    (runs,): see `codes.EQUILIBRIA`; of a run without an equilibrium the others are as they were given. force (runs,):
+    the largest one left along a coordinate; growth (runs,): the largest real part of an eigenvalue (1/s); flowing: the
+    model of the search, whose inputs rest at their limits; now: all runs where the search ended.
+    """
 
     model: Model
     states: np.ndarray

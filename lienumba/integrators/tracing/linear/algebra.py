@@ -30,8 +30,8 @@ def transposed(A: Array) -> Array:
 
 def applied(A: Array, x: Array) -> Array:
     """A x of each run, for vectors (runs, columns)."""
-    found: Array = (A @ x[:, :, None])[:, :, 0]
-    return found
+    product: Array = (A @ x[:, :, None])[:, :, 0]
+    return product
 
 
 def is_finite(*arrays: Array) -> Array:
@@ -166,19 +166,19 @@ def accelerations(M: Array, b: Array) -> Array:
     scaled = np.where(bad[:, None, None], np.eye(M.shape[1]), scaled)
     right = np.where(bad[:, None, None], 0.0, right)
     singular = np.linalg.eigvalsh(scaled).min(axis=1, initial=1.0) <= MASS_RTOL
-    found = np.linalg.solve(np.where(singular[:, None, None], np.eye(M.shape[1]), scaled), right)
+    x = np.linalg.solve(np.where(singular[:, None, None], np.eye(M.shape[1]), scaled), right)
     if singular.any():
-        found[singular] = np.linalg.pinv(scaled[singular], MASS_RTOL, hermitian=True) @ right[singular]
-    found[bad] = np.nan
-    return found / sizes
+        x[singular] = np.linalg.pinv(scaled[singular], MASS_RTOL, hermitian=True) @ right[singular]
+    x[bad] = np.nan
+    return x / sizes
 
 
 def eigenvalues(A: Array, scale: Array) -> Array:
     """The eigenvalues (runs, n) of real matrices; scale (runs,): what their entries are sums of may be as large."""
     finite = is_finite(A)
-    found = np.full(A.shape[:2], complex(np.nan, np.nan))
-    found[finite] = np.linalg.eigvals(A[finite])
-    return _without_zeros(found, scale)
+    values = np.full(A.shape[:2], complex(np.nan, np.nan))
+    values[finite] = np.linalg.eigvals(A[finite])
+    return _without_zeros(values, scale)
 
 
 def eigenvectors(A: Array, scale: Array) -> tuple[Array, Array]:

@@ -63,10 +63,10 @@ class Motion:
 class Balance:
     """The equations of runs at rest, or in a uniform rotation.
 
-    state (rows, runs): with all at rest; mu (runs, m): multipliers of the rows in use; others, most (runs,): the ranks
-    of C without and with the rows of stops and contacts; sizes (runs, n): 1 rad, or the size of the mechanism (m), by
-    which coordinates are scaled; swing (runs,): see `Recorded`; forces, gaps, masses, constraints, constraint_slopes:
-    parts of `equations` that cost far less; supports: the contacts and stops that hold the runs.
+    state (rows, runs): with all at rest; mu (runs, m): multipliers of the rows in use; other_rank, max_rank (runs,):
+    the ranks of C without and with the rows of stops and contacts; sizes (runs, n): 1 rad, or the size of the mechanism
+    (m), by which coordinates are scaled; swing (runs,): see `Recorded`; forces, gaps, masses, constraints,
+    constraint_slopes: parts of `equations` that cost far less; supports: the contacts and stops that hold the runs.
     """
 
     def __init__(
@@ -91,23 +91,23 @@ class Balance:
         self.n, self.m = tracer.velocities, len(self.equations.used)
         self.mu = np.zeros((runs, self.m))
         self.sizes, self.swing = self._sizes(), np.broadcast_to(self.linear.swing, (runs,))
-        self.most = np.full(runs, min(self.m, self.n))
+        self.max_rank = np.full(runs, min(self.m, self.n))
         every = np.arange(runs)  # where it starts the mechanism is closed, and its redundant rows are
         at = self.at(self.state, np.zeros((runs, self.n)), self.mu, every, self.constraints)
-        self.others = self.null_space(at, every).rank
-        self.most = self.others.copy()
+        self.other_rank = self.null_space(at, every).rank
+        self.max_rank = self.other_rank.copy()
         self.supports = Supports.of(tracer, model, rows, self.equations.used, self.turns)
         self.support(every[(self.supports.on != OFF).any(axis=0)])
 
     def _sizes(self) -> Array:
         """What a coordinate is small against (runs, n): 1 rad, or how large the mechanism is (m)."""
-        found, size = np.ones((self.runs, self.n)), size_of(self.model)
+        sizes, size = np.ones((self.runs, self.n)), size_of(self.model)
         for link in self.tree.links:
             shifts = link.move.freedoms == 2 * 3
             for n, rate in enumerate(link.rates):
                 if (shifts and n < 3) or not link.move.turns:
-                    found[:, rate] = size
-        return found
+                    sizes[:, rate] = size
+        return sizes
 
     # ---------------------------------------------------------------- the equations of some runs
     def of(self, which: Array) -> Model:
@@ -130,12 +130,12 @@ class Balance:
 
     def null_space(self, at: Linear, which: Array) -> NullSpace:
         """The null space of C in scaled coordinates."""
-        return NullSpace.of(self.scaled_rows(at, which), LOOP_RTOL, self.most[which])
+        return NullSpace.of(self.scaled_rows(at, which), LOOP_RTOL, self.max_rank[which])
 
     def scaled_rows(self, at: Linear, which: Array) -> Array:
         """C in scaled coordinates (runs, m, n)."""
-        found: Array = -at.dense("rows", "a", len(which)) * self.sizes[which][:, None, :]
-        return found
+        C: Array = -at.dense("rows", "a", len(which)) * self.sizes[which][:, None, :]
+        return C
 
     def support(self, which: Array) -> None:
         """Take over which contacts and stops hold these runs, after that has changed."""
@@ -143,14 +143,14 @@ class Balance:
             return
         self.supports.write(self.state, which)
         at = self.at(self.state[:, which], np.zeros((len(which), self.n)), self.mu[which], which, self.constraints)
-        space, own = self.supports.apart(self.scaled_rows(at, which), self.others[which])
-        self.most[which] = space.rank + NullSpace.of(own, LOOP_RTOL).rank
+        space, own = self.supports.apart(self.scaled_rows(at, which), self.other_rank[which])
+        self.max_rank[which] = space.rank + NullSpace.of(own, LOOP_RTOL).rank
 
     def with_rates(self, state: Array, rates: Array) -> Array:
         """States with these velocities (runs, n)."""
-        found = state.copy()
-        found[self.rates] = rates.T
-        return found
+        changed = state.copy()
+        changed[self.rates] = rates.T
+        return changed
 
     def asked(self, state: Array, which: Array) -> Array:
         """The least change of velocities (runs, n) that fulfils the constraints."""
@@ -205,10 +205,10 @@ class Balance:
 
 def by_places(at: Linear, of: str, motion: Motion | None, runs: int) -> Array:
     """The derivative of some outputs by the places (runs, rows, n), with what moves with them."""
-    found = at.dense(of, "q", runs)
+    slopes = at.dense(of, "q", runs)
     if motion is not None:
-        found = found + at.dense(of, "v", runs) @ motion.rates_by + at.dense(of, "a", runs) @ motion.accelerations_by
-    return found
+        slopes = slopes + at.dense(of, "v", runs) @ motion.rates_by + at.dense(of, "a", runs) @ motion.accelerations_by
+    return slopes
 
 
 def _part(x: Any, which: Array, runs: int) -> Any:

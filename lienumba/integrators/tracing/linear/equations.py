@@ -86,10 +86,10 @@ class Linear:
         if isinstance(self.numbers, np.ndarray):
             return self.numbers
         runs = max((x.size for x in self.numbers if isinstance(x, np.ndarray)), default=1)
-        found = np.empty((len(self.numbers), runs))
-        for row, x in zip(found, self.numbers, strict=True):
+        table = np.empty((len(self.numbers), runs))
+        for row, x in zip(table, self.numbers, strict=True):
             row[:] = x
-        return found
+        return table
 
     def dense(self, of: str, by: str, runs: int) -> np.ndarray:
         """A block, where numbers are floats or arrays (runs,): (runs, rows, columns)."""
@@ -154,13 +154,13 @@ class Equations:
         for n, row in enumerate(used):
             mu[row] = graph.input(UNKNOWN, tracer.velocities + n)
         mask = tracer.mask(augmented)
-        found = tracer.missing(model, posture, mask, a, mu, used)
+        residuals = tracer.missing(model, posture, mask, a, mu, used)
         laws = tracer.law_rates(model, posture.now)
         q, v = _directions(tracer, graph)
         s: list[dict[Symbol, Number]] = [{graph.input(STATE, row): 1.0} for row in tracer.law_rows()[: len(laws)]]
         unknown = [{graph.input(UNKNOWN, n): 1.0} for n in range(tracer.velocities + len(used))]
         others = more.outputs(model, posture, mask, used) if more else {}
-        values = [*found, *laws, *(x for own in others.values() for x in own)]
+        values = [*residuals, *laws, *(x for own in others.values() for x in own)]
         sizes = {"along": tracer.velocities, "rows": len(used), "laws": len(laws)}
         return Equations(
             values,
@@ -175,13 +175,13 @@ class Equations:
         """The entries of each block: their rows and columns there, and their places in the numbers of a `Linear`."""
         rows = {row: (name, n) for name, own in self.outputs.items() for n, row in enumerate(own)}
         columns = {column: (name, n) for name, own in self.columns.items() for n, column in enumerate(own)}
-        found: dict[tuple[str, str], tuple[list[int], list[int], list[int]]]
-        found = {(of, by): ([], [], []) for of in self.outputs for by in self.columns}
+        places: dict[tuple[str, str], tuple[list[int], list[int], list[int]]]
+        places = {(of, by): ([], [], []) for of in self.outputs for by in self.columns}
         for number, (row, column) in enumerate(self.entries, len(self.values)):
             (of, i), (by, j) = rows[row], columns[column]
-            for numbers, n in zip(found[of, by], (i, j, number), strict=True):
+            for numbers, n in zip(places[of, by], (i, j, number), strict=True):
                 numbers.append(n)
-        return found
+        return places
 
     @cached_property
     def _tape(self) -> Tape:
@@ -261,8 +261,8 @@ class RunsNumbers:
 
 def _by_run(numbers: Row, runs: int) -> list[Sequence[Any]]:
     if isinstance(numbers, np.ndarray):
-        found: list[Sequence[Any]] = numbers.T.tolist()
-        return found
+        rows: list[Sequence[Any]] = numbers.T.tolist()
+        return rows
     each = [x.ravel().tolist() * (runs // x.size) if isinstance(x, np.ndarray) else [x] * runs for x in numbers]
     return [[own[run] for own in each] for run in range(runs)]
 
@@ -284,8 +284,8 @@ def _directions(tracer: Tracer, graph: Graph) -> tuple[list[dict[Symbol, Number]
 
 def _ranges(**sizes: int) -> dict[str, range]:
     """One behind the other."""
-    found, first = {}, 0
+    ranges, first = {}, 0
     for name, size in sizes.items():
-        found[name] = range(first, first + size)
+        ranges[name] = range(first, first + size)
         first += size
-    return found
+    return ranges

@@ -35,7 +35,7 @@ TURNED = (1.0, 2.2)  # rad, by which a uniform rotation is turned to see whether
 
 
 @dataclass(frozen=True)
-class Resting:
+class Equilibria:
     """rows: of the states; status (runs,): FOUND, NONE_FOUND or UNSTABLE; force (runs,): the largest one left along a
     coordinate; growth (runs,): the largest real part of an eigenvalue (1/s), NaN where none was found."""
 
@@ -48,7 +48,7 @@ class Resting:
 def rest(
     tracer: GluedTracer, model: Model, rows: Sequence[Any], runs: int, rotation: Sequence[Any] = STILL,
     driven: bool = False,
-) -> Resting:  # fmt: skip
+) -> Equilibria:  # fmt: skip
     """Find the equilibria to which runs come from their states at t = 0.
 
     Parameters
@@ -61,7 +61,7 @@ def rest(
     driven : bool
         Whether states at rest get the least velocities that the drivers of joints ask for.
     """
-    return _Search(tracer, model, rows, runs, rotation).found(driven)
+    return _Search(tracer, model, rows, runs, rotation).search(driven)
 
 
 class _Search(Stepping):
@@ -75,7 +75,7 @@ class _Search(Stepping):
         self.largest, self.first = np.zeros((2, self.runs))
         self.last, self.least = np.full((2, 2, self.runs), np.inf)
 
-    def found(self, driven: bool) -> Resting:
+    def search(self, driven: bool) -> Equilibria:
         """All runs together, none of which sees another; those that rest, or never will, take no further part."""
         every = np.arange(self.runs)
         (done, still), left = np.zeros((2, self.runs), bool), np.full(self.runs, np.nan)
@@ -104,7 +104,7 @@ class _Search(Stepping):
         if not driven:
             self.state[:, which] = resting
         status = np.where(good, np.where(unstable, UNSTABLE, FOUND), NONE_FOUND)
-        return Resting(list(self.state), status, left, growth)
+        return Equilibria(list(self.state), status, left, growth)
 
     def _rests(self, which: Array, step: Step, fraction: Array) -> Array:
         """Whether runs rest behind a step of which they made this fraction."""
@@ -141,7 +141,7 @@ class _Search(Stepping):
         at = self.at(state, a, np.zeros((runs, self.m)), which, self.masses)
         M = -at.dense("along", "a", runs) * D[:, :, None] * D[:, None, :]
         f, C = at.vector("along", runs) * D, self.scaled_rows(at, which)
-        self.holds[which], changes = self.supports.stays(C, M, f, self.others[which], which)
+        self.holds[which], changes = self.supports.stays(C, M, f, self.other_rank[which], which)
         return which[changes]
 
     def _persists(self, which: Array) -> Array:

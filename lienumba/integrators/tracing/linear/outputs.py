@@ -61,14 +61,14 @@ def inputs_of(model: Model, names: Sequence[str] | None) -> list[Input]:
     every = {x.name: x for x in _every(model)}
     if names is None:
         return [x for x in every.values() if x.kind == "drivers" or callable(_number(model, x))]
-    found = []
+    inputs = []
     for name in names:
         own = [x for x in every.values() if x.name == name or x.name.partition("[")[0] == name]
         if not own:
             choice = f"choose from {', '.join(every)}" if every else "give [[model.forces]] or [[model.drivers]]"
             raise ScenarioError.at("inputs", "must name numbers of forces and drivers", choice, name)
-        found += own
-    return found
+        inputs += own
+    return inputs
 
 
 def _number(model: Model, x: Input) -> Any:
@@ -77,14 +77,14 @@ def _number(model: Model, x: Input) -> Any:
 
 
 def _every(model: Model) -> list[Input]:
-    found: list[Input] = []
+    inputs: list[Input] = []
     for index, force in enumerate(model.forces):
         for key, own in force.numbers.items() if force.code is None else ():
-            found += _components(f"forces.{force.name}.{key}", "forces", index, key, own)
+            inputs += _components(f"forces.{force.name}.{key}", "forces", index, key, own)
     for index, driver in enumerate(model.drivers):
         own = driver.value if len(driver.value) > 1 else driver.value[0]
-        found += _components(f"drivers.{driver.name}", "drivers", index, DRIVEN, own)
-    return found
+        inputs += _components(f"drivers.{driver.name}", "drivers", index, DRIVEN, own)
+    return inputs
 
 
 def _components(name: str, kind: str, index: int, key: str, own: Any) -> list[Input]:
@@ -154,12 +154,12 @@ def visible(model: Model, names: Sequence[str] | None) -> list[str]:
     known = [x for own in every.values() for x in own if quantities.level(model, x) < quantities.OBSERVED]
     if names is None:
         return known
-    found: list[str] = []
+    components: list[str] = []
     for name in names:
         own = [x for x in known if x == name or x in every.get(name, ())]
         if not own:
             choice = f"choose from {', '.join(known)}" if known else "give [[model.quantities]]"
             rule = "must name quantities of positions and velocities"
             raise ScenarioError.at("outputs", rule, choice, name)
-        found += own
-    return found
+        components += own
+    return components

@@ -52,7 +52,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class _Equations:
+class _Linearised:
     """The equations where a step begins, in independent coordinates; force_terms, rate_terms: how large the numbers are
     that forces (runs, n) and rates (runs, s) are sums of; closing (runs, n): what closes the joints."""
 
@@ -103,7 +103,7 @@ class Stepping(Balance):
             most=np.minimum(1.0, self.max_step[which] / np.maximum(length, 1e-300)),
         )  # fmt: skip
 
-    def _linearised(self, which: Array) -> _Equations:
+    def _linearised(self, which: Array) -> _Linearised:
         """The equations where these runs are, with the multipliers of this place."""
         runs, D = len(which), self.sizes[which]
         state, at, _ = self.evaluated(self.state[:, which], which, self.masses)
@@ -126,9 +126,9 @@ class Stepping(Balance):
         rate_terms += applied(np.abs(at.dense("laws", "v", runs)), np.abs(state[self.rates].T))
         rates = at.vector("laws", runs)
         self.fastest[which] = np.maximum(self.fastest[which], np.maximum(np.abs(rates), RATE_RTOL * rate_terms))
-        return _Equations(space, force, K, S, L, P, rates, force_terms, rate_terms, closing)
+        return _Linearised(space, force, K, S, L, P, rates, force_terms, rate_terms, closing)
 
-    def _damped(self, at: _Equations, K: Array, sigma: Array, rests: Array) -> Array:
+    def _damped(self, at: _Linearised, K: Array, sigma: Array, rests: Array) -> Array:
         """The matrix of a step. A state of a law that rests (runs, s), and on which no rate depends, takes what the
         forces ask for."""
         n, s, N = self.n, at.P.shape[1], at.space.basis
@@ -183,8 +183,8 @@ class Stepping(Balance):
 def _lowest(K: Array) -> Array:
     """The lowest curvature (runs,): the smallest eigenvalue of the symmetric part, at most 0."""
     symmetric = np.where(is_finite(K)[:, None, None], 0.5 * (K + transposed(K)), 0.0)
-    found: Array = np.linalg.eigvalsh(symmetric).min(axis=1, initial=0.0)
-    return found
+    lowest: Array = np.linalg.eigvalsh(symmetric).min(axis=1, initial=0.0)
+    return lowest
 
 
 def _inverse(A: Array) -> Array:
@@ -201,6 +201,6 @@ def _solved(A: Array, b: Array) -> Array:
     A = A / rows[:, :, None]
     columns = np.abs(A).max(axis=1, initial=0.0)
     columns = np.where(columns > 0.0, columns, 1.0)
-    found = applied(np.linalg.pinv(A / columns[:, None, :], PIVOT_RTOL), b / rows) / columns
-    found[bad] = np.nan
-    return found
+    x = applied(np.linalg.pinv(A / columns[:, None, :], PIVOT_RTOL), b / rows) / columns
+    x[bad] = np.nan
+    return x

@@ -65,28 +65,30 @@ class Supports:
         """With all contacts closed that touch in the states with these rows; used: see `Equations`."""
         runs, augmented = len(turns), tracer.augmented
         numbers = [n for n, x in enumerate(augmented.switches) if x.unilateral]
-        found = tuple(augmented.switches[n] for n in numbers)
+        switches = tuple(augmented.switches[n] for n in numbers)
         first = len(rows) - augmented.rows + augmented.first_mode
-        masks = [range(first + x.first, first + x.first + x.rows) for x in found]
+        masks = [range(first + x.first, first + x.first + x.rows) for x in switches]
         places = [(own, first + augmented.switched + n) for own, n in zip(masks, numbers, strict=True)]
-        columns = [used.index(augmented.permanent + x.first + n) for x in found for n in range(x.rows)]
-        friction, on = np.zeros((len(found), runs)), np.full((len(found), runs), OFF)
+        columns = [used.index(augmented.permanent + x.first + n) for x in switches for n in range(x.rows)]
+        friction, on = np.zeros((len(switches), runs)), np.full((len(switches), runs), OFF)
         now = tracer.instant(model, rows, 0.0)
-        gaps = constraints.residual(model, now)[augmented.permanent :] if found else []
-        sizes = scales.lengths(model, now) if found else []
-        for s, x in enumerate(found):
+        gaps = constraints.residual(model, now)[augmented.permanent :] if switches else []
+        sizes = scales.lengths(model, now) if switches else []
+        for s, x in enumerate(switches):
             friction[s] = model.contacts[x.index].static if x.tangents else 0.0
             touches = np.asarray(gaps[x.first] <= CLOSED_GAP_RTOL * sizes[x.first]) & ~(turns & (x.tangents > 0))
             on[s] = np.where(touches, STICK if x.tangents else SLIDE, OFF)
-        normals = np.cumsum([0, *(x.rows for x in found)])[:-1]
+        normals = np.cumsum([0, *(x.rows for x in switches)])[:-1]
         none = np.zeros(on.shape, bool)
-        return Supports(found, places, np.array(columns, int), normals, on, none, friction, turns, np.zeros(runs, int))
+        return Supports(
+            switches, places, np.array(columns, int), normals, on, none, friction, turns, np.zeros(runs, int)
+        )
 
     def may_close(self, which: Array) -> Array:
         """Which contacts are open and may close (runs, s)."""
         rough = np.array([x.tangents > 0 for x in self.switches], bool)
-        found: Array = (self.on[:, which].T == OFF) & ~(self.turns[which][:, None] & rough)
-        return found
+        open_: Array = (self.on[:, which].T == OFF) & ~(self.turns[which][:, None] & rough)
+        return open_
 
     def meets(self, old: Array, new: Array, which: Array) -> tuple[Array, Array]:
         """The fraction of a step until the first contact closes (runs,), 1 if none does; and which close there

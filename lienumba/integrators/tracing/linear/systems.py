@@ -49,8 +49,8 @@ class States:
     def bodies(self, tracer: FreedomTracer, model: Model) -> np.ndarray:
         """The states of all bodies (runs, k, 18); NaN where a run is not there."""
         now = tracer.instant(model, self.rows, self.t)
-        found = [np.broadcast_to(x, self.good.shape) for body in now.bodies for x in body]
-        whole = np.stack(found, axis=1).reshape(len(self.good), -1, ELEMENT)
+        numbers = [np.broadcast_to(x, self.good.shape) for body in now.bodies for x in body]
+        whole = np.stack(numbers, axis=1).reshape(len(self.good), -1, ELEMENT)
         return np.where(self.good[:, None, None], whole, np.nan)
 
 
@@ -101,7 +101,7 @@ class Recorded:
         turning : three floats or arrays (N,)
             The angular velocity (rad/s, global) of the axes along which free bodies and balls on the ground are seen.
         """
-        chosen: dict[tuple[int, ...], tuple[Array, Array]] = {}
+        chosen: list[tuple[Array, Array]] = []
         rates = [states.rows[n] for n in self.tracer.velocity_rows(self.tracer.graph()[1])]
         fastest = [np.abs(x) for x in rates] + [np.sqrt(np.abs(self.swing))]
         scale = np.max([np.broadcast_to(x, states.good.shape) for x in fastest], axis=0)
@@ -113,20 +113,9 @@ class Recorded:
                 blocks, seen, bodies = self._blocks(some, axes[part])
             good = some.good & np.isfinite(blocks.M).all(axis=(1, 2))
             good &= np.isfinite(blocks.F["q"]).all(axis=(1, 2)) & np.isfinite(blocks.F["v"]).all(axis=(1, 2))
-            ranks = np.stack([blocks.places.rank, blocks.rates.rank], axis=1)
-            for rank in np.unique(ranks[good], axis=0):
-                left, kind = np.flatnonzero(good & (ranks == rank).all(axis=1)), tuple(rank.tolist())
-                while len(left):
-                    given = blocks.independent(left[0]) if kind not in chosen else chosen[kind]
-                    fits = blocks.fits(left, given)
-                    if not fits.any():  # in coordinates of their own
-                        given = blocks.independent(left[0])
-                        fits = blocks.fits(left, given)
-                        fits[0] = True
-                    chosen.setdefault(kind, given)
-                    own, left = left[fits], left[~fits]
-                    found, seen_of = reduced(_of(blocks, own), given), {name: x[own] for name, x in seen.items()}
-                    yield _system(own + first, found, seen_of, bodies[own], scale[own + first])
+            for runs, independent in _by_coordinates(blocks, np.flatnonzero(good), chosen):
+                own = {name: x[runs] for name, x in seen.items()}
+                yield _system(runs + first, reduced(_of(blocks, runs), independent), own, bodies[runs], scale)
 
     def moving(self, system: Systems) -> Systems:
         """Without the states of laws that stand still, as those that are sampled or held."""
@@ -148,34 +137,34 @@ class Recorded:
     def _blocks(self, states: States, turning: Array) -> tuple[Blocks, dict[str, Array], Array]:
         """What is to be reduced, the derivatives of outputs, and how bodies move with the rates, along the axes."""
         a, mu = self._solved(states)
-        found, runs = self._at(self.equations, states, a, mu), len(states.good)
-        T, gamma, carried = self._axes(found, turning)
+        linear, runs = self._at(self.equations, states, a, mu), len(states.good)
+        T, gamma, carried = self._axes(linear, turning)
         turns, back = bool(turning_links(self.tracer.tree(self.tracer.graph()[1]))), transposed(T)
 
         def along_axes(x: Array) -> Array:
             return x @ back if turns else x
 
         def blocks(of: str) -> dict[str, Array]:
-            every = {by: found.dense(of, by, runs) for by in (*BY, "a", "mu")}
+            every = {by: linear.dense(of, by, runs) for by in (*BY, "a", "mu")}
             return every | {by: along_axes(every[by]) for by in ("q", "v", "a")}
 
         levels = [c.level != "velocity" for c in constraints_of(self.tracer.graph()[1]) for _ in c.kinds]
         held = np.array([levels[row] for row in self.equations.used], bool)[:, None]
         F = {by: T @ x if turns else x for by, x in blocks("along").items()}
-        G, P = blocks("rows"), -found.dense("positions", "inputs", runs)
+        G, P = blocks("rows"), -linear.dense("positions", "inputs", runs)
         rates = NullSpace.of(-G["a"], REDUNDANT_RTOL)
         places = rates if held.all() else NullSpace.of(np.where(held, -G["a"], 0.0), REDUNDANT_RTOL)
         P = np.where(held, P, 0.0)
         made = Blocks(-F["a"], places, rates, F, G, blocks("rates"), P, gamma, carried, blocks("laws"))
-        return made, blocks("seen"), along_axes(found.dense("bodies", "v", runs))
+        return made, blocks("seen"), along_axes(linear.dense("bodies", "v", runs))
 
-    def _axes(self, found: Linear, turning: Array) -> tuple[Array, Array, Array]:
+    def _axes(self, linear: Linear, turning: Array) -> tuple[Array, Array, Array]:
         """The rotation of all coordinates into the axes along which they are seen, and what remains of the turning of
         these (see `reduction`): balls and free bodies are seen along the axes of what they hang on."""
         runs, n = len(turning), len(self.equations.columns["q"])
         T = np.broadcast_to(np.eye(n), (runs, n, n)).copy()
         gamma, carried = np.zeros_like(T), np.zeros_like(T)
-        axes = found.vector("axes", runs)
+        axes = linear.vector("axes", runs)
         for k, link in enumerate(turning_links(self.tracer.tree(self.tracer.graph()[1]))):
             end = link.first_rate + link.move.freedoms
             turns, own = slice(end - 3, end), axes[:, 12 * k : 12 * (k + 1)]
@@ -216,6 +205,23 @@ def size_of(model: Model) -> Any:
     return np.max(np.broadcast_arrays(*(np.asarray(x, float) for x in (*own, *reach))), axis=0)
 
 
+def _by_coordinates(
+    blocks: Blocks, runs: Array, chosen: list[tuple[Array, Array]]
+) -> Iterator[tuple[Array, tuple[Array, Array]]]:
+    """Split runs by the coordinates that are far from dependent in them: some that are chosen already, or their own."""
+    for independent in tuple(chosen):
+        fits = blocks.fits(runs, independent)
+        if fits.any():
+            yield runs[fits], independent
+        runs = runs[~fits]
+    while len(runs):
+        chosen.append(blocks.independent(runs[0]))
+        fits = blocks.fits(runs, chosen[-1])
+        fits[0] = True
+        yield runs[fits], chosen[-1]
+        runs = runs[~fits]
+
+
 def _system(runs: Array, own: Reduced, seen: Mapping[str, Array], bodies: Array, scale: Array) -> Systems:
     size, laws = own.size, own.size - sum(map(len, own.chosen))
     outputs = sum((seen[by] @ x for by, x in own.motion.items()), np.zeros(()))
@@ -223,7 +229,7 @@ def _system(runs: Array, own: Reduced, seen: Mapping[str, Array], bodies: Array,
     outputs[:, :, size:] += seen["inputs"]
     A, B = own.slopes[:, :, :size], own.slopes[:, :, size:]
     shapes = bodies @ own.motion["q"][:, :, :size]
-    return Systems(runs, A, B, outputs[:, :, :size], outputs[:, :, size:], shapes, own.chosen, scale)
+    return Systems(runs, A, B, outputs[:, :, :size], outputs[:, :, size:], shapes, own.chosen, scale[runs])
 
 
 def _of(blocks: Blocks, runs: Array) -> Blocks:
@@ -237,7 +243,7 @@ def _of(blocks: Blocks, runs: Array) -> Blocks:
 
 def _hats(w: Array) -> Array:
     """The matrices of cross products with vectors (runs, 3)."""
-    found: Array = np.zeros((len(w), 3, 3))
+    hats: Array = np.zeros((len(w), 3, 3))
     for n, x in enumerate(so3.hat(tuple(w.T))):
-        found[:, n // 3, n % 3] = x
-    return found
+        hats[:, n // 3, n % 3] = x
+    return hats

@@ -44,13 +44,13 @@ class Carried:
         """By what coordinates change where all turns by an angle (rad), at these rates (runs, n) and this speed (rad/s,
         (runs,)), with its axes; what a body shifts by follows its circle."""
         time = (angle / speed)[:, None]
-        found, along = rates * time, (np.sin(angle) / speed)[:, None] - time
+        change, along = rates * time, (np.sin(angle) / speed)[:, None] - time
         across = ((1.0 - np.cos(angle)) / speed**2)[:, None]
         for link in tree.links:
             if isinstance(link.move, Free):
                 own = link.rates[:3]
-                found[:, own] += self.rates[:, own] * along + self.accelerations[:, own] * across
-        return found
+                change[:, own] += self.rates[:, own] * along + self.accelerations[:, own] * across
+        return change
 
 
 def carried(tree: Tree, z: Sequence[Any], rotation: Array) -> Carried:
