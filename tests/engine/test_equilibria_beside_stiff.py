@@ -12,7 +12,7 @@ from tests.rigs.parts import numbers, quaternion
 
 G = 9.81
 SHORT = {"integrator": {"method": "dop853", "tolerance": 1e-10, "end_time": 0.1}}
-TURNS = [Rotation.identity(), *Rotation.random(2, random_state=7)]
+TURNS = [Rotation.identity(), Rotation.random(random_state=7)]
 
 
 def body(name: str, turn: Rotation, place: Any) -> dict[str, Any]:

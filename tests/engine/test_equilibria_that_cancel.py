@@ -12,9 +12,9 @@ from tests.rigs.parts import numbers, quaternion
 
 G = 9.81
 SHORT = {"integrator": {"method": "dop853", "tolerance": 1e-10, "end_time": 0.1}}
-TURNS = [Rotation.identity(), *Rotation.random(3, random_state=3)]
+TURNS = [Rotation.identity(), *Rotation.random(2, random_state=3)]
 Z = np.array([0.0, 0.0, 1.0])
-FOUND, UNSTABLE = 0, 2
+FOUND = 0
 
 
 class Scene:
@@ -79,11 +79,10 @@ def test_a_balanced_lamp_drifts_and_one_that_is_not_does_not(turn: Rotation, joi
     })  # fmt: skip
     found = scene.found()
     place = turn.inv().apply(found.position.values[0, 0])
+    assert found.status.item() == FOUND
     if off == 0.0:
-        assert found.status.item() == FOUND
         np.testing.assert_allclose(place, tilt.apply(length * Z), atol=1e-14)
-    else:  # and goes up, or down
-        assert found.status.item() == FOUND
+    else:  # it goes up, or down
         np.testing.assert_allclose(place, [0, 0, np.copysign(length, off)], atol=1e-9)
 
 
@@ -109,14 +108,13 @@ def test_a_small_push_is_one(turn: Rotation, push: float) -> None:
 
 
 @pytest.mark.parametrize("turn", TURNS)
-@pytest.mark.parametrize("frame", ["body"])
-def test_opposite_forces_on_a_free_body_cancel(turn: Rotation, frame: str) -> None:
+def test_opposite_forces_on_a_free_body_cancel(turn: Rotation) -> None:
     scene = Scene(turn, gravity=0.0)
     scene.body("box", [0.3, 0.1, 0])
     force = np.array([1.0, 0.3, 0.7])
     for sign in (1.0, -1.0):
-        value = sign * force if frame == "body" else sign * turn.apply(force)
-        scene.model["forces"].append({"type": "force", "body": "box", "frame": frame, "value": numbers(value),
+        value = numbers(sign * force)
+        scene.model["forces"].append({"type": "force", "body": "box", "frame": "body", "value": value,
                                       "point": [0.1, 0.2, 0.3]})  # fmt: skip
     found = scene.found()
     assert (found.status.item(), found.growth.item()) == (FOUND, 0.0)
@@ -157,12 +155,12 @@ DRIVES: dict[str, list[dict[str, Any]]] = {
 }
 
 
-@pytest.mark.parametrize("turn", TURNS[:3])
+@pytest.mark.parametrize("turn", TURNS)
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("damping", [0.0, 1.0])
-@pytest.mark.parametrize(("stiffness", "status"), [(25.0, FOUND), (26.0, FOUND)])
+@pytest.mark.parametrize("stiffness", [25.0, 26.0])
 def test_a_slide_that_is_as_soft_as_its_shaft_is_fast_drifts(
-    turn: Rotation, drive: str, damping: float, stiffness: float, status: int
+    turn: Rotation, drive: str, damping: float, stiffness: float
 ) -> None:
     """m w^2 = 25 N/m: it rests wherever it is, whatever turns the shaft; a little stiffer, in one place."""
     scene = Scene(turn)
@@ -174,7 +172,7 @@ def test_a_slide_that_is_as_soft_as_its_shaft_is_fast_drifts(
     force = f"-{stiffness}*s.displacement - {damping}*s.speed"
     scene.model["forces"].append({"type": "actuator", "joint": "shaft_box", "value": force})
     scene.model["drivers"] = DRIVES[drive]
-    assert scene.found(5.0 * Z).status.item() == status
+    assert scene.found(5.0 * Z).status.item() == FOUND
 
 
 @pytest.mark.parametrize("turn", TURNS)
@@ -205,7 +203,7 @@ def test_a_dead_zone_holds_nothing_and_moves_nothing(turn: Rotation) -> None:
     np.testing.assert_allclose(turn.inv().apply(found.position.values[0, 0]), tilt.apply([0.5, 0, 0]), atol=1e-13)
 
 
-def test_no_run_is_asked_for_its_terms_because_another_is() -> None:
+def test_a_run_has_its_bits_whenever_its_neighbours_come_to_rest() -> None:
     """Lamps that are balanced, nearly so and not at all, which come to rest after different numbers of steps."""
     tilt = Rotation.from_rotvec([0.3, 0.7, 0])
     scene = Scene(TURNS[1])

@@ -11,7 +11,7 @@ from tests.rigs.parts import numbers, quaternion
 
 G = 9.81
 SHORT = {"integrator": {"method": "dop853", "tolerance": 1e-10, "end_time": 0.1}}
-TURNS = [Rotation.identity(), *Rotation.random(2, random_state=4)]
+TURNS = [Rotation.identity(), Rotation.random(random_state=4)]
 UP = np.array([0.0, 0.0, 1.0])
 
 
