@@ -6,13 +6,13 @@ from functools import reduce
 from math import nan
 
 from lienumba.compiler.emit import Kernel
-from lienumba.compiler.symbols import Graph
+from lienumba.compiler.symbols import Graph, live
 from lienumba.integrators import layout
 from lienumba.integrators.bounds import finite_size
 from lienumba.integrators.methods.step_ends import Ends, Known, Past, added, matters
 from lienumba.integrators.tracing.measuring.signals import said_itself
-from lienumba.integrators.tracing.measuring.smooth import smooth
 from lienumba.integrators.tracing.observed import observed, reads_observed
+from lienumba.integrators.tracing.series_kernels import compared
 from lienumba.integrators.tracing.tracer import Tracer
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.mechanism import kinematics
@@ -43,7 +43,7 @@ def keep(tracer: Tracer) -> Kernel:
     after = _at_end(tracer, graph, model, followed | quantities.lasting(model))
     rates = _rates(tracer, graph, model, followed)
     sizes, ends, rows = tracer.sizes, dict[int, Ends](), dict[int, Number]()
-    length, even = until - t, smooth(tracer, followed - {*rates})
+    length, even = until - t, _smooth(tracer, followed - {*rates})
     lengths = graph.inputs("out", layout.PAST, layout.length_row(sizes))
     for n, (old, new) in enumerate(zip(lengths, (length, *lengths), strict=False) if even else ()):
         rows[layout.length_row(sizes) + n] = where(picked == 0.0, old, new)
@@ -132,3 +132,14 @@ def _signals(tracer: Tracer, graph: Graph, model: Model, wanted: Iterable[int]) 
     known = observed(tracer, graph, model, posture, mask)[0] if reads else None
     everything = kinematics.still(posture.now, tuple(range(len(model.bodies))))
     return {n: quantities.evaluate(model, x, everything, known) for n, x in asked.items()}
+
+
+def _smooth(tracer: Tracer, wanted: set[int]) -> set[int]:
+    """The wanted signals (by their numbers) without kinks and jumps."""
+    if not wanted:
+        return set()
+    graph, model = tracer.graph(Graph(analytic=True))
+    values = _signals(tracer, graph, model, wanted)
+    t, lean = (graph.input("clock", row) for row in (layout.TIME, layout.LEAN))
+    plain = {n for n, x in values.items() if not any(node.op == "gather" for node in live([x]))}
+    return {n for n in plain if not compared(tracer, graph, model, t, t + lean, [values[n]])}
