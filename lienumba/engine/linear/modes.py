@@ -13,7 +13,7 @@ from lienumba.engine.linear.states import Asked, At
 from lienumba.engine.linear.tracking import Tracked, crossings, tracked, weights_of
 from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
-from lienumba.integrators.tracing.linear.algebra import eigenvalues, eigenvectors, grows, transposed
+from lienumba.integrators.tracing.linear.algebra import eigenvalues, eigenvectors, grows
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.integrators.tracing.linear.outputs import LinearOutputs
 from lienumba.integrators.tracing.linear.systems import STILL, Recorded, Systems
@@ -122,7 +122,7 @@ def _of_system(system: Systems, shapes: bool) -> tuple[Array, Array, Array | Non
     if vectors is None:
         return runs, values, None
     moved = system.bodies[finite] @ np.take_along_axis(vectors, order[:, None, :], axis=2)
-    shapes_of = _by_largest(transposed(moved))
+    shapes_of = _by_largest(moved.mT)
     shapes_of[np.isnan(values)] = NONE
     return runs, values, shapes_of
 

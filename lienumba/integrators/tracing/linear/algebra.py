@@ -23,11 +23,6 @@ ROUNDOFF_RTOL = 1e-13  # relative to the largest eigenvalue: the error of a sing
 PAIR_RTOL = 3e-7  # the same: roundoff moves a double one apart by less
 
 
-def transposed(A: Array) -> Array:
-    """A^T of each run."""
-    return A.swapaxes(1, 2)
-
-
 def applied(A: Array, x: Array) -> Array:
     """A x of each run, for vectors (runs, columns)."""
     product: Array = (A @ x[:, :, None])[:, :, 0]
@@ -107,11 +102,11 @@ class NullSpace:
         """The pseudo-inverse of C (runs, n, m) before its rows had length 1: C x = b has the shortest solution
         x = inverse b."""
         finite = is_finite(self.C)
-        inverse = np.full(transposed(self.C).shape, np.nan)
+        inverse = np.full(self.C.mT.shape, np.nan)
         U, S, Vt = np.linalg.svd(self.C[finite], full_matrices=False)
         counts = np.arange(S.shape[1]) < self.rank[finite][:, None]
         weights = np.where(counts, 1.0 / np.where(counts, S, 1.0), 0.0)
-        inverse[finite] = (transposed(Vt) * weights[:, None, :]) @ transposed(U)
+        inverse[finite] = (Vt.mT * weights[:, None, :]) @ U.mT
         return inverse / self.lengths[:, None, :]
 
     def fits(self, independent: Array) -> Array:
@@ -126,7 +121,7 @@ class NullSpace:
 
     def masses(self, M: Array) -> Array:
         """The masses (runs, n, n) of the independent coordinates, and the unit matrix for the dependent ones."""
-        masses: Array = transposed(self.basis) @ M @ self.basis
+        masses: Array = self.basis.mT @ M @ self.basis
         dependent = np.where(self.independent, 0.0, 1.0)
         return masses + dependent[:, :, None] * np.eye(M.shape[1])
 
@@ -138,8 +133,8 @@ class NullSpace:
     def motion(self, M: Array, g: Array, b: Array) -> tuple[Array, Array]:
         """Solve M x + C^T mu = g (runs, n, k) and C x = b (runs, m, k); of redundant rows mu is the shortest."""
         x = self.dependent(b)
-        x = x + self.basis @ accelerations(self.masses(M), transposed(self.basis) @ (g - M @ x))
-        return x, transposed(self.inverse) @ (g - M @ x)
+        x = x + self.basis @ accelerations(self.masses(M), self.basis.mT @ (g - M @ x))
+        return x, self.inverse.mT @ (g - M @ x)
 
 
 def _basis(C: Array, independent: Array) -> Array:
@@ -161,7 +156,7 @@ def accelerations(M: Array, b: Array) -> Array:
     diagonal = M.diagonal(axis1=1, axis2=2)
     sizes = np.where(diagonal > 0.0, np.sqrt(np.abs(diagonal)), 1.0)[:, :, None]
     with np.errstate(invalid="ignore"):
-        scaled, right = M / (sizes * transposed(sizes)), b / sizes
+        scaled, right = M / (sizes * sizes.mT), b / sizes
     bad = ~is_finite(scaled, right)
     scaled = np.where(bad[:, None, None], np.eye(M.shape[1]), scaled)
     right = np.where(bad[:, None, None], 0.0, right)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lienumba.integrators.codes import FOUND, NONE_FOUND, UNSTABLE
-from lienumba.integrators.tracing.linear.algebra import Array, applied, grows, transposed
+from lienumba.integrators.tracing.linear.algebra import Array, applied, grows
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.integrators.tracing.linear.steps import MAX_STEP, RATE_RTOL, Step, Stepping
 from lienumba.integrators.tracing.linear.systems import STILL, States
@@ -161,7 +161,7 @@ class _Search(Stepping):
             later = self.moved(state, ahead, np.zeros((runs, self.tracer.laws)), which)
             _, there, _ = self.evaluated(later, which, self.equations)
             basis = self.null_space(there, which).basis
-            along = applied(transposed(basis), there.vector("along", runs) * self.sizes[which])
+            along = applied(basis.mT, there.vector("along", runs) * self.sizes[which])
             good &= np.abs(along).max(axis=1, initial=0.0) <= STEADY_RTOL * scale
             change = np.abs(there.vector("laws", runs) - at.vector("laws", runs))
             good &= change.max(axis=1, initial=0.0) <= STEADY_RTOL * speed

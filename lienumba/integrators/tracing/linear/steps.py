@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from lienumba.integrators.tracing.linear.algebra import Array, NullSpace, applied, is_finite, transposed
+from lienumba.integrators.tracing.linear.algebra import Array, NullSpace, applied, is_finite
 from lienumba.integrators.tracing.linear.balance import Balance, by_places
 
 MAX_STEP = 0.2  # rad, and relative to the size of the mechanism
@@ -108,8 +108,8 @@ class Stepping(Balance):
         runs, D = len(which), self.sizes[which]
         state, at, _ = self.evaluated(self.state[:, which], which, self.masses)
         space = self.null_space(at, which)
-        N, Nt = space.basis, transposed(space.basis)
-        self.mu[which] += applied(transposed(space.inverse), at.vector("along", runs) * D)
+        N, Nt = space.basis, space.basis.mT
+        self.mu[which] += applied(space.inverse.mT, at.vector("along", runs) * D)
         state, at, motion = self.evaluated(self.state[:, which], which, self.equations)
         closing = applied(space.inverse, -at.vector("positions", runs))
         slopes = by_places(at, "along", motion, runs) * D[:, None, :] * D[:, :, None]
@@ -133,7 +133,7 @@ class Stepping(Balance):
         forces ask for."""
         n, s, N = self.n, at.P.shape[1], at.space.basis
         A = np.zeros((len(N), n + s, n + s))
-        A[:, :n, :n], A[:, :n, n:] = K + sigma[:, None, None] * (transposed(N) @ N), -at.S
+        A[:, :n, :n], A[:, :n, n:] = K + sigma[:, None, None] * (N.mT @ N), -at.S
         A[:, n:, :n], A[:, n:, n:] = -at.L, -at.P
         idle = rests & (np.abs(A[:, n:]) <= RATE_RTOL * at.rate_terms[:, :, None]).all(axis=2)
         tau = np.sqrt(sigma / np.maximum(np.abs(K).max(axis=(1, 2), initial=0.0) + sigma, 1e-300))
@@ -182,7 +182,7 @@ class Stepping(Balance):
 
 def _lowest(K: Array) -> Array:
     """The lowest curvature (runs,): the smallest eigenvalue of the symmetric part, at most 0."""
-    symmetric = np.where(is_finite(K)[:, None, None], 0.5 * (K + transposed(K)), 0.0)
+    symmetric = np.where(is_finite(K)[:, None, None], 0.5 * (K + K.mT), 0.0)
     lowest: Array = np.linalg.eigvalsh(symmetric).min(axis=1, initial=0.0)
     return lowest
 

@@ -18,13 +18,7 @@ from lienumba.integrators.drivers.events.tolerances import CLOSED_GAP_RTOL
 from lienumba.integrators.drivers.switching.at_rest import Room
 from lienumba.integrators.drivers.switching.problem import FREE, PRESSES, SOLVED
 from lienumba.integrators.layout import SWITCH_FIRST
-from lienumba.integrators.tracing.linear.algebra import (
-    Array,
-    NullSpace,
-    accelerations,
-    applied,
-    transposed,
-)
+from lienumba.integrators.tracing.linear.algebra import Array, NullSpace, accelerations, applied
 from lienumba.integrators.tracing.linear.freedoms import GluedTracer
 from lienumba.mechanics.mechanism.kinematics import OFF, SLIDE, STICK
 from lienumba.mechanics.mechanism.model import Model
@@ -139,7 +133,7 @@ class Supports:
         """
         runs, q = len(which), len(self.columns)
         space, own = self.apart(C, most)
-        right = np.concatenate([applied(transposed(space.basis), f)[:, :, None], transposed(own)], axis=2)
+        right = np.concatenate([applied(space.basis.mT, f)[:, :, None], own.mT], axis=2)
         by = accelerations(space.masses(M), right)
         S, b = own @ by[:, :, 1:], (own @ by[:, :, :1])[:, :, 0]
         law = np.where(self.on[:, which].T != OFF, float(PRESSES), float(FREE))

@@ -10,7 +10,7 @@ from lienumba.compiler.memo import Memo, content
 from lienumba.groups import so3
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.tracing.compiled import key_of
-from lienumba.integrators.tracing.linear.algebra import Array, NullSpace, eigenvalues, transposed
+from lienumba.integrators.tracing.linear.algebra import Array, NullSpace, eigenvalues
 from lienumba.integrators.tracing.linear.equations import Equations, Linear, RunsNumbers
 from lienumba.integrators.tracing.linear.freedoms import FreedomTracer
 from lienumba.integrators.tracing.linear.outputs import LinearOutputs, turning_links
@@ -139,7 +139,7 @@ class Recorded:
         a, mu = self._solved(states)
         linear, runs = self._at(self.equations, states, a, mu), len(states.good)
         T, gamma, carried = self._axes(linear, turning)
-        turns, back = bool(turning_links(self.tracer.tree(self.tracer.graph()[1]))), transposed(T)
+        turns, back = bool(turning_links(self.tracer.tree(self.tracer.graph()[1]))), T.mT
 
         def along_axes(x: Array) -> Array:
             return x @ back if turns else x
