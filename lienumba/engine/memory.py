@@ -42,7 +42,7 @@ class Memory:
         records = records[np.argsort(positions(self.labels, records[LABEL]))]
         return arrays | {name: np.ascontiguousarray(records[name]) for name in _fields(records)}
 
-    def some(self, name: str, labels: np.ndarray) -> np.ndarray:
+    def column(self, name: str, labels: np.ndarray) -> np.ndarray:
         """The values of a variable of these runs."""
         return self.arrays[name][positions(self.labels, labels)]
 

@@ -19,6 +19,7 @@ from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.verdicts import Verdict, Wanted, judge
 
 Place = tuple[str, tuple[int, ...]]
+Column = Callable[[str, np.ndarray], np.ndarray]  # a variable of the runs with these labels (runs, ...)
 NEVER = "event_time"  # which is later than any limit where an event did not happen
 
 
@@ -90,26 +91,24 @@ def judges_of(resolved: Scenario, names: Callable[[], Names]) -> Judges:
     return Judges(tuple(found))
 
 
-def verdicts(
-    resolved: Scenario, labels: np.ndarray, column: Callable[[str, tuple[int, ...]], np.ndarray]
-) -> Iterator[Verdict]:
-    """The verdicts on runs with these labels, the nominal one apart; column: what each has of a variable, at a
-    place."""
-    sweep = resolved.data.sweep
+def verdicts(resolved: Scenario, labels: np.ndarray, column: Column) -> Iterator[Verdict]:
+    """The verdicts on runs with these labels, the nominal one apart."""
+    sweep, requirements = resolved.data.sweep, resolved.data.model.requirements
+    if not requirements:
+        return
     sampler = SAMPLERS[sweep.sampler]
     inputs = sum(kind.dimensions > 0 for kind in sweep.vary.values())
-    drawn = sampler.counting(labels, inputs)
-    weights = column(WEIGHT, ())[drawn] if resolved.weighted else None
-    for n, requirement in enumerate(resolved.data.model.requirements):
-        met = column(MET, (n,))[drawn].astype(float)
+    drawn = labels[sampler.counting(labels, inputs)]
+    weights = column(WEIGHT, drawn) if resolved.weighted else None
+    every = [column(name, drawn).astype(float) for name in (MET, MARGIN)]
+    for n, requirement in enumerate(requirements):
+        met, margin = (x[:, n] for x in every)
         wanted = Wanted(requirement.name, requirement.probability, requirement.confidence)
         met = np.where(met < 0.0, np.nan, met)
-        yield judge(wanted, met, column(MARGIN, (n,))[drawn], weights)
+        yield judge(wanted, met, margin, weights)
 
 
-def attributes(
-    resolved: Scenario, labels: np.ndarray, column: Callable[[str, tuple[int, ...]], np.ndarray]
-) -> dict[str, str]:
+def attributes(resolved: Scenario, labels: np.ndarray, column: Column) -> dict[str, str]:
     """What the dataset says of them: a sentence for each, and the same for programs."""
     found = list(verdicts(resolved, labels, column))
     if not found:

@@ -4,7 +4,7 @@ import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -190,17 +190,11 @@ def in_memory(results: "Results", runs: "Runs", compute: "Compute", tell: "Tell"
     except KeyboardInterrupt:
         raise Interrupted(NOT_KEPT) from None
     kept = enough.kept(runs.labels)
-    runs, columns = runs.part(kept), memory.columns(kept)
-
-    def column(name: str, place: tuple[int, ...]) -> np.ndarray:
-        values: Any = columns[name]
-        found: np.ndarray = values[(..., *place)]
-        return found
-
-    said = enough.attributes() | attributes(resolved, runs.labels, column)
-    said |= short_steps.attributes(resolved, runs.labels, column)
-    said |= result_warnings.attributes(resolved, runs, memory.some)
-    return results.dataset(columns, runs.labels, runs.samples, len(runs.labels), **said)
+    runs = runs.part(kept)
+    said = enough.attributes() | attributes(resolved, runs.labels, memory.column)
+    said |= short_steps.attributes(resolved, runs.labels, memory.column)
+    said |= result_warnings.attributes(resolved, runs, memory.column)
+    return results.dataset(memory.columns(kept), runs.labels, runs.samples, len(runs.labels), **said)
 
 
 def on_disk(
@@ -257,18 +251,14 @@ def on_disk(
                         dataset.follow(sure, there.sources(results.tables))
             runs = runs.part(enough.kept(runs.labels) | np.isin(runs.labels, there.older))
             total, failed = len(runs.labels), there.failed()
-            of_these = np.isin(there.labels, runs.labels)
-
-            def column(name: str, place: tuple[int, ...]) -> np.ndarray:
-                return there.column(name, place)[of_these]
-
-            said = attributes(resolved, runs.labels, column)
-            said |= result_warnings.attributes(resolved, runs, there.some)
+            said = enough.attributes() | attributes(resolved, runs.labels, there.column)
+            said |= short_steps.attributes(resolved, runs.labels, there.column)
+            said |= result_warnings.attributes(resolved, runs, there.column)
             dataset.finish(  # what cannot be written now can be from the shards
                 results.labels(runs.labels),
                 there.sources(results.tables),
                 runs.samples,
-                enough.attributes() | said | short_steps.attributes(resolved, runs.labels, column),
+                said,
                 lambda done: tell(Progress("write", done, total, failed)),
             )
         shards.remove()

@@ -1,12 +1,13 @@
 """Ends a sweep where it has runs enough: decided after every so many runs in the order of their labels, whatever order
 they finish in, so that the same sweep always ends at the same run."""
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Generator, Iterator
 from math import inf
 from typing import Any
 
 import numpy as np
 
+from lienumba.engine.requirements import Column
 from lienumba.engine.results import Piece, Results
 from lienumba.errors import BadValueError, ScenarioError
 from lienumba.scenario.resolve import Scenario
@@ -59,11 +60,12 @@ class Stopping:
                     pieces.close()
                     return
 
-    def know(self, labels: np.ndarray, column: Callable[[str, tuple[int, ...]], np.ndarray]) -> None:
+    def know(self, labels: np.ndarray, column: Column) -> None:
         """Take runs that are there already."""
         if self.rule is not None and len(labels):
-            weights = None if self._weights is None else column(WEIGHT, ())
-            self._take(labels, column(self.variable, self.place), weights)
+            weights = None if self._weights is None else column(WEIGHT, labels)
+            values: Any = column(self.variable, labels)
+            self._take(labels, values[(..., *self.place)], weights)
 
     def kept(self, labels: np.ndarray) -> np.ndarray:
         """Which of these runs are among those that are enough (runs,)."""

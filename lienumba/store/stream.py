@@ -140,6 +140,7 @@ def _names(records: Records) -> Iterable[str]:
 def _parts(piece: SourceSlice) -> Iterator[Records]:
     """What is written at a time."""
     first, last = piece.part.start, piece.part.stop
-    step = max(1, PART_BYTES // max(1, piece.source.read(slice(first, first + 1)).nbytes))
+    one = piece.source.read(slice(first, first + 1))
+    step = max(1, PART_BYTES // max(1, sum(one[name].nbytes for name in _names(one))))
     for start in range(first, last, step):
         yield piece.source.read(slice(start, min(start + step, last)))

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from lienumba.store import deflate
-from lienumba.store.finished import Finished, RecordColumns
+from lienumba.store.finished import Finished, OpenFiles
 from lienumba.store.outputs import Output, write
 from lienumba.store.stream import SourceSlice, Stream, slices
 from tests.facade import ScenarioError
@@ -37,8 +37,8 @@ class Columns:
         self.columns = {name: x.values for name, x in ds.data_vars.items() if x.dims[0] == "run"}
         self.labels = ds["run"].values
 
-    def read(self, part: slice) -> RecordColumns:
-        return RecordColumns({name: x[part] for name, x in self.columns.items()})
+    def read(self, part: slice) -> dict[str, np.ndarray]:
+        return {name: x[part] for name, x in self.columns.items()}
 
     def column(self, name: str) -> np.ndarray:
         return self.columns[name]
@@ -130,11 +130,12 @@ def test_every_byte_of_a_chunk_is_guarded(tmp_path: Path) -> None:
         content = bytearray(sound)
         content[chunk.byte_offset + place] ^= 4
         path.write_bytes(content)
-        finished = Finished(path)
+        opened = OpenFiles()
+        finished = Finished(path, opened)
         assert len(finished.tables["run"].column("energy")) == 25
         with pytest.raises(ScenarioError, match="is damaged, rotation cannot be read"):
             finished.tables["run"].column("rotation")
-        finished.close()
+        opened.close()
 
 
 def test_what_fails_on_the_way_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,7 +4,6 @@ import glob
 import os
 import warnings
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -26,7 +25,7 @@ from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.resolve import resolve, written_tables
 from lienumba.scenario.start.prepare import check_initial
 from lienumba.store.files import read
-from lienumba.store.finished import Finished, RecordColumns
+from lienumba.store.finished import Finished, OpenFiles
 from lienumba.store.form import scenario_tables
 from lienumba.store.outputs import Output
 from lienumba.store.refusals import damaged
@@ -39,7 +38,6 @@ from lienumba.words import plural
 if TYPE_CHECKING:
     import xarray as xr
 
-OPEN = 8  # files that are open at the same time
 SHOWN = 5  # ranges of labels in a sentence
 
 Paths = Sequence[str | os.PathLike[str]]
@@ -93,10 +91,14 @@ def merged(files: Paths, target: Path, allow_code: bool, overwrite: bool, tell: 
     if any(path.resolve() == target.resolve() for path in paths):
         raise ScenarioError(f"output = {target}: is one of the datasets to be merged; choose another name")
     with claimed_dataset(target, overwrite) as output:
-        parts = [PartialDataset.of(path) for path in paths]
-        _check(parts)
-        check_allowed(parts[0].scenario, str(parts[0].path), "merging", allow_code)
-        _write(parts, output, tell)
+        opened = OpenFiles()
+        try:
+            parts = [_part(path, opened) for path in paths]
+            _check(parts)
+            check_allowed(_scenario(parts[0]), str(parts[0].path), "merging", allow_code)
+            _write(parts, output, tell)
+        finally:
+            opened.close()
         Shards(output).remove()
         return read(output.target)
 
@@ -114,67 +116,18 @@ def gaps(dataset: "xr.Dataset") -> list[str]:
     ]
 
 
-@dataclass(frozen=True)
-class PartialDataset:
-    """A dataset: labels of its tables (runs,), samples (runs,) by path."""
-
-    path: Path
-    attributes: dict[str, Any]
-    scenario: Keys
-    labels: dict[str, np.ndarray]
-    inputs: dict[str, np.ndarray]
-
-    @property
-    def sweep(self) -> dict[str, Any]:
-        """The section of the sweep that it is of."""
-        return _sweep(self.scenario)
-
-    @classmethod
-    def of(cls, path: Path) -> "PartialDataset":
-        with read(path) as dataset:  # which refuses what is none
-            if is_study(dataset):
-                raise ScenarioError(f"{path}: is a study, which is never in parts; give datasets of sweeps")
-            written_tables(dataset, str(path))  # which refuses what is none
-            scenario = scenario_tables(dataset, str(path))
-        file = Finished(path)
-        try:
-            return cls(path, file.attributes, scenario, {dim: x.labels for dim, x in file.tables.items()}, file.inputs)
-        finally:
-            file.close()
+def _part(path: Path, opened: OpenFiles) -> Finished:
+    """A dataset of a sweep; a ScenarioError for any other file."""
+    with read(path) as dataset:
+        if is_study(dataset):
+            raise ScenarioError(f"{path}: is a study, which is never in parts; give datasets of sweeps")
+        written_tables(dataset, str(path))  # which refuses what is none
+    return Finished(path, opened)
 
 
-class OpenFiles:
-    """Files that are open, the one that was read last at the end."""
-
-    def __init__(self) -> None:
-        self.files: dict[Path, Finished] = {}
-
-    def __call__(self, path: Path) -> Finished:
-        if len(self.files) >= OPEN and path not in self.files:
-            self.files.pop(next(iter(self.files))).close()
-        file = self.files.pop(path, None) or Finished(path)
-        self.files[path] = file
-        return file
-
-    def close(self) -> None:
-        for file in self.files.values():
-            file.close()
-
-
-@dataclass
-class LazyTable:
-    """A table of a dataset, which is opened when it is read."""
-
-    opened: OpenFiles
-    path: Path
-    dim: str
-    labels: np.ndarray
-
-    def read(self, part: slice) -> RecordColumns:
-        return self.opened(self.path).tables[self.dim].read(part)
-
-    def column(self, name: str) -> np.ndarray:
-        return self.opened(self.path).tables[self.dim].column(name)
+def _scenario(part: Finished) -> Keys:
+    """Of the sweep that a dataset is a part of."""
+    return scenario_tables(part.attributes, str(part.path))
 
 
 def _paths(files: Paths) -> list[Path]:
@@ -195,7 +148,7 @@ def _paths(files: Paths) -> list[Path]:
     return found
 
 
-def _check(parts: Sequence[PartialDataset]) -> None:
+def _check(parts: Sequence[Finished]) -> None:
     """They must be of one sweep and of this version, and no run may be in two of them."""
     first = parts[0]
     if first.attributes["lienumba_version"] != __version__:
@@ -203,17 +156,17 @@ def _check(parts: Sequence[PartialDataset]) -> None:
             f"{first.path}: was made by lienumba {first.attributes['lienumba_version']}, but this is {__version__}; "
             "merge with that version"
         )
-    if "stop" in first.sweep:
+    if "stop" in _sweep(_scenario(first)):
         raise ScenarioError(
             f"{first.path}: is of a sweep that ends by sweep.stop, which only the whole can decide; go on with it by "
             "lienumba run --resume"
         )
     for part in parts[1:]:
         check_parts(part.attributes, first.attributes, str(part.path), str(first.path))
-        if part.inputs.keys() != first.inputs.keys() or part.labels.keys() != first.labels.keys():
+        if part.inputs.keys() != first.inputs.keys() or part.tables.keys() != first.tables.keys():
             raise damaged(str(part.path), f"it has other inputs or tables than {first.path}")
-    labels = np.concatenate([part.labels["run"] for part in parts])
-    owners = np.repeat(np.arange(len(parts)), [len(part.labels["run"]) for part in parts])
+    own = [part.tables["run"].labels for part in parts]
+    labels, owners = np.concatenate(own), np.repeat(np.arange(len(parts)), [*map(len, own)])
     order = np.argsort(labels, kind="stable")
     labels, owners = labels[order], owners[order]
     twice = np.flatnonzero(labels[1:] == labels[:-1])
@@ -223,49 +176,44 @@ def _check(parts: Sequence[PartialDataset]) -> None:
         raise ScenarioError(f"{parts[a].path} and {parts[b].path} both have {_named(both)}; leave one of them out")
 
 
-def _write(parts: Sequence[PartialDataset], output: Output, tell: Tell) -> None:
+def _write(parts: Sequence[Finished], output: Output, tell: Tell) -> None:
     """Write the dataset of all their runs."""
-    whole = max(parts, key=lambda part: int(part.sweep["runs"]))
-    resolved = resolve(whole.scenario)
-    labels = np.concatenate([part.labels["run"] for part in parts])
-    order = np.argsort(labels)
+    resolved = resolve(max(map(_scenario, parts), key=lambda scenario: int(_sweep(scenario)["runs"])))
+    every = np.concatenate([part.tables["run"].labels for part in parts])
+    order = np.argsort(every)
+    labels = every[order]
     samples = {path: np.concatenate([part.inputs[path] for part in parts])[order] for path in parts[0].inputs}
     results = Results(resolved, check_initial(resolved))
-    opened, stream = OpenFiles(), Stream(results.frame(samples, len(labels)), output, usable_cores())
+    stream = Stream(results.frame(samples, len(labels)), output, usable_cores())
     try:
         for part in parts:
-            opened(part.path).check({table: results.dtype(table) for table in results.tables}, str(part.path))
-            for dim, wanted in results.labels(part.labels["run"]).items():
-                if len(lost := np.setdiff1d(wanted, part.labels[dim])):
+            part.check({table: results.dtype(table) for table in results.tables}, str(part.path))
+            for dim, wanted in results.labels(part.tables["run"].labels).items():
+                if len(lost := np.setdiff1d(wanted, part.tables[dim].labels)):
                     raise damaged(str(part.path), f"it has lost the course of {_named(lost)}")
-        columns = results.labels(labels[order])
+        columns = results.labels(labels)
         for dim, own in columns.items():
-            sources = [LazyTable(opened, part.path, dim, part.labels[dim]) for part in parts]
             told = partial(_tell, tell, len(own)) if dim == "run" else lambda done: None
-            stream.put(dim, slices(own, sources), told)
+            stream.put(dim, slices(own, [part.tables[dim] for part in parts]), told)
 
-        def column(name: str, place: tuple[int, ...]) -> np.ndarray:
-            every: Any = np.concatenate([opened(part.path).tables["run"].column(name) for part in parts])
-            found: np.ndarray = every[(order, *place)]
+        def column(name: str, which: np.ndarray) -> np.ndarray:
+            whole = np.concatenate([part.tables["run"].column(name) for part in parts])
+            found: np.ndarray = whole[order][np.isin(labels, which)]
             return found
 
-        def some(name: str, which: np.ndarray) -> np.ndarray:
-            return column(name, ())[np.isin(labels[order], which)]
-
-        runs = Runs(labels[order], samples, check_initial(resolved))
-        said = attributes(resolved, runs.labels, column) | result_warnings.attributes(resolved, runs, some)
+        runs = Runs(labels, samples, check_initial(resolved))
+        said = attributes(resolved, labels, column) | result_warnings.attributes(resolved, runs, column)
         stream.finish(columns | samples, said)
     finally:
         stream.discard()
-        opened.close()
-
-
-def _tell(tell: Tell, total: int, done: int) -> None:
-    tell(Progress("write", done, total, 0))
 
 
 def _sweep(scenario: Keys) -> dict[str, Any]:
     return {"runs": 1, "nominal": False, **table_in(scenario, "sweep")}
+
+
+def _tell(tell: Tell, total: int, done: int) -> None:
+    tell(Progress("write", done, total, 0))
 
 
 def _named(labels: np.ndarray) -> str:

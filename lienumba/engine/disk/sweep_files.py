@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from lienumba.engine.simulate import Runs
 from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import Scenario
 from lienumba.store.files import read
-from lienumba.store.finished import Finished
+from lienumba.store.finished import Finished, OpenFiles
 from lienumba.store.layout import FULL
 from lienumba.store.outputs import Output
 from lienumba.store.shards import Shards, labels_of
@@ -50,17 +49,7 @@ class SweepFiles:
         """The runs of the dataset that was finished before."""
         return self.finished.tables["run"].labels if self.finished else np.empty(0, np.int64)
 
-    def column(self, name: str, place: tuple[int, ...] = ()) -> np.ndarray:
-        """What these runs have of a variable, at a place of it."""
-        labels = self.labels
-        found = np.empty(len(labels))
-        for source in reversed(self.of("run")):
-            own = np.isin(source.labels, labels)
-            numbers: Any = source.column(name)[own]
-            found[np.searchsorted(labels, source.labels[own])] = numbers[(..., *place)]
-        return found
-
-    def some(self, name: str, labels: np.ndarray) -> np.ndarray:
+    def column(self, name: str, labels: np.ndarray) -> np.ndarray:
         """The values of a variable of these runs (ascending)."""
         found: np.ndarray | None = None
         for source in reversed(self.of("run")):
@@ -83,7 +72,7 @@ class SweepFiles:
 
     def failed(self) -> int:
         """How many of these failed."""
-        return int(np.count_nonzero(~np.isin(self.column("status"), GOOD)))
+        return int(np.count_nonzero(~np.isin(self.column("status", self.labels), GOOD)))
 
 
 class Arrived:
@@ -107,6 +96,7 @@ class Arrived:
 def sweep_files(output: Output, results: Results, resume: bool) -> Iterator[SweepFiles]:
     """What there is already, if it is to go on; a ScenarioError if that is of another sweep."""
     shards, finished, replaced, resolved = Shards(output), None, False, results.resolved
+    opened = OpenFiles()
     try:
         if resume and shards.exists:
             manifest = shards.load()
@@ -115,15 +105,14 @@ def sweep_files(output: Output, results: Results, resume: bool) -> Iterator[Swee
             replaced = bool(manifest.get("overwrites"))
         if resume and output.target.exists() and not replaced:
             read(output.path).close()  # which refuses what is none
-            finished = Finished(output.path)
+            finished = Finished(output.path, opened)
             check_same(finished.attributes, resolved, str(output.path))
             finished.check({table: results.dtype(table) for table in results.tables}, str(output.path))
         there = SweepFiles(resolved, output, shards, finished)
         check_room(str(output.path), there.labels, resolved.data.sweep.runs)
         yield there
     finally:
-        if finished is not None:
-            finished.close()
+        opened.close()
 
 
 def check_room(path: str, labels: np.ndarray, runs: int) -> None:

@@ -7,7 +7,8 @@ looks at one certificate that every run has, and names the runs and the remedy.
 import numpy as np
 
 from lienumba.batch.statuses import GOOD, NON_FINITE, UNDEFINED
-from lienumba.engine.quality.undefined_laws import Column, first_undefined
+from lienumba.engine.quality.undefined_laws import first_undefined
+from lienumba.engine.requirements import Column
 from lienumba.engine.simulate import Runs
 from lienumba.scenario.resolve import Scenario
 from lienumba.store.form import WARNINGS

@@ -1,17 +1,14 @@
 """Report runs with many short steps that a tolerance chose, with the two usual reasons."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from lienumba.batch.statuses import SUCCESS
+from lienumba.engine.requirements import Column
 from lienumba.integrators.methods import METHODS
 from lienumba.scenario.resolve import Scenario
 
 MANY = 10_000  # steps of a run
 OWN = 0.5  # of max_step: longer steps are as long as the scenario lets them be
-
-Column = Callable[[str, tuple[int, ...]], np.ndarray]  # of a variable, one number of each run
 
 
 def attributes(resolved: Scenario, labels: np.ndarray, column: Column) -> dict[str, str]:
@@ -19,7 +16,7 @@ def attributes(resolved: Scenario, labels: np.ndarray, column: Column) -> dict[s
     integrator = resolved.data.integrator
     if integrator.tolerance is None or not len(labels):
         return {}
-    steps = np.where(column("status", ()) == SUCCESS, column("steps", ()), 0)
+    steps = np.where(column("status", labels) == SUCCESS, column("steps", labels), 0)
     worst = int(steps.argmax())
     if steps[worst] < MANY:
         return {}

@@ -3,12 +3,13 @@
 The last good state moves on with its velocities through one step more; numbers that read it are evaluated on the way.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from math import isfinite
 from typing import Any
 
 import numpy as np
 
+from lienumba.engine.requirements import Column
 from lienumba.engine.simulate import Runs
 from lienumba.groups import so3
 from lienumba.groups.state import ELEMENT
@@ -22,8 +23,6 @@ from lienumba.scenario.study_errors import STATE
 from lienumba.words import listed, show
 
 PARTS = (0.0, *np.geomspace(1e-6, 1.0, 25).tolist())  # of a step
-
-Column = Callable[[str, np.ndarray], np.ndarray]  # a variable of the runs with these labels
 
 
 def first_undefined(resolved: Scenario, runs: Runs, column: Column, label: int) -> str:
