@@ -86,7 +86,7 @@ class Shards:
 
     def __init__(self, output: Output) -> None:
         self.folder, self.named = output.folder, folder_of(output.path)
-        self.tables: dict[str, list[Shard | InMemory]] = {}
+        self.tables: dict[str, list[Shard]] = {}
         self.pending: dict[str, list[np.ndarray]] = {}
         self.bytes, self.since = 0, time.monotonic()
         self.damaged: list[str] = []
@@ -160,8 +160,9 @@ class Shards:
                 self._write(self.folder / MANIFEST, [json.dumps(self.manifest, indent=1).encode()])
                 self._begun = True
             for table in sorted(self.pending, key=lambda name: name == "run"):  # that last: it says what is complete
-                parts = sorted(self.pending[table], key=lambda part: int(part[LABEL][0]))
-                self.tables.setdefault(table, []).append(self._save(table, parts))
+                shard = self._save(table, sorted(self.pending[table], key=lambda part: int(part[LABEL][0])))
+                others = [x for x in self.tables.get(table, []) if x.path != shard.path]  # one may have been replaced
+                self.tables[table] = [*others, shard]
         except OSError as error:
             parent = self.folder.parent
             raise WriteError(
@@ -192,10 +193,7 @@ class Shards:
     def _save(self, table: str, parts: Sequence[np.ndarray]) -> Shard:
         labels, dtype = np.concatenate([part[LABEL] for part in parts]), parts[0].dtype
         header = _header(dtype, len(labels))
-        content: list[bytes | memoryview] = [
-            header,
-            *(np.ascontiguousarray(part).view(np.uint8).data for part in parts),
-        ]
+        content = [header, *(np.ascontiguousarray(part).view(np.uint8).data for part in parts)]
         total = 0
         for piece in content:
             total = checksum(piece, total)
@@ -207,9 +205,8 @@ class Shards:
         """Whole or not at all."""
         partial = path.with_name(f"{path.name}.partial")
         try:
-            with partial.open("wb", buffering=0) as file:
-                for piece in content:
-                    _write_all(file, piece)
+            with partial.open("wb") as file:
+                file.writelines(content)
             to_disk(partial)
             os.replace(partial, path)
             to_disk(path.parent)
@@ -230,13 +227,6 @@ def _header(dtype: np.dtype[np.void], count: int) -> bytes:
     described = np.lib.format.dtype_to_descr(dtype)
     np.lib.format.write_array_header_2_0(head, {"descr": described, "fortran_order": False, "shape": (count,)})
     return head.getvalue()
-
-
-def _write_all(file: io.FileIO, content: bytes | memoryview) -> None:
-    """The system may take a part of it."""
-    rest = memoryview(content)
-    while len(rest):
-        rest = rest[file.write(rest) :]
 
 
 def _sound(path: Path, expected: str, dtype: np.dtype[Any] | None) -> Shard | None:

@@ -79,6 +79,16 @@ def test_damaged_shards_are_computed_again(output: dict[str, Any], tmp_path: Pat
             target.unlink()
 
 
+def test_a_course_that_is_computed_again_replaces_its_shard(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The shard of the course has the name that it had before, where that of the runs alone is gone."""
+    data, target = sweep(**SUMMARY), tmp_path / "out.nc"
+    folder = begin(data, target, monkeypatch)
+    sorted(folder.glob("run-*.npy"))[1].unlink()
+    monkeypatch.setattr(shards, "PAUSE", 0.0)
+    with lienumba.run(data, workers=1, output=target, resume=True) as resumed:
+        assert_same_data(resumed, lienumba.run(data, workers=1))
+
+
 def test_of_what_is_whole_nothing_is_computed_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     data, target = sweep(), tmp_path / "out.nc"
     begin(data, target, monkeypatch)
