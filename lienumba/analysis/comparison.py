@@ -7,7 +7,6 @@ share falls out of the difference: of pairs with a correlation r its variance is
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -20,11 +19,10 @@ from lienumba.analysis.weights import weights_of, weights_told
 from lienumba.batch.statuses import GOOD
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.paths import PLACES
-from lienumba.store.form import scenario_tables
+from lienumba.store.form import ORDER, by_path, scenario_tables
 from lienumba.store.layout import FAILED, MET
 from lienumba.store.study_layout import is_study
 from lienumba.sweep import weighted
-from lienumba.sweep.confidence import half_width, proportion
 from lienumba.words import listed, plural, show
 
 CONFIDENCE = 0.95
@@ -150,20 +148,18 @@ def _difference(first: Output, second: Output, weights: np.ndarray | None) -> di
     n = len(a)
     if n < FEWEST:
         return dict.fromkeys(NAMED, np.nan) | {"pairs": n}
+    w = np.ones(n) if weights is None or not weights[both].any() else weights[both]
     d = b - a
-    if weights is not None and weights[both].any():
-        return _weighted(first, a, b, weights[both])
-    change = float(d.mean())
-    if _is_proportion(first):
-        low, high = proportions(int((d < 0).sum()), int((d > 0).sum()), n)
-    else:
-        half = float(half_width(d.std(ddof=1), n, CONFIDENCE))
-        low, high = change - half, change + half
-    spread = a.std() * b.std()
-    correlation = float(((a - a.mean()) * (b - b.mean())).mean() / spread) if spread else np.nan
+    change = weighted.mean(d, w, CONFIDENCE)
+    low, high = proportions(d, w) if _is_proportion(first) else (change.low, change.high)
+    means = [float(np.average(x, weights=w)) for x in (a, b)]
+    rest = [x - middle for x, middle in zip((a, b), means, strict=True)]
+    spread = [float(np.average(x * x, weights=w)) ** 0.5 for x in rest]
+    together = float(np.average(rest[0] * rest[1], weights=w))
+    correlation = together / (spread[0] * spread[1]) if all(spread) else np.nan
     return {
-        "mean_a": float(a.mean()), "mean_b": float(b.mean()), "difference": change, "difference_low": low,
-        "difference_high": high, "larger": float((d > 0).mean()), "correlation": correlation, "pairs": n,
+        "mean_a": means[0], "mean_b": means[1], "difference": change.value, "difference_low": low,
+        "difference_high": high, "larger": float(np.average(d > 0, weights=w)), "correlation": correlation, "pairs": n,
     }  # fmt: skip
 
 
@@ -171,32 +167,12 @@ def _is_proportion(output: Output) -> bool:
     return output.name == FAILED or output.name.startswith(f"{MET}.")
 
 
-def _weighted(output: Output, a: np.ndarray, b: np.ndarray, w: np.ndarray) -> dict[str, float]:
-    """The same of pairs (n,) with weights."""
-    d = b - a
-    found = weighted.mean(d, w, CONFIDENCE)
-    low, high = found.low, found.high
-    if _is_proportion(output):
-        less, more = (weighted.proportion(x.astype(float), w, 0.5 + 0.5 * CONFIDENCE) for x in (d < 0, d > 0))
-        low, high = more.low - less.high, more.high - less.low
-    means = [float(np.average(x, weights=w)) for x in (a, b)]
-    rest = [x - middle for x, middle in zip((a, b), means, strict=True)]
-    spread = [float(np.average(x * x, weights=w)) ** 0.5 for x in rest]
-    both = float(np.average(rest[0] * rest[1], weights=w))
-    correlation = both / (spread[0] * spread[1]) if all(spread) else np.nan
-    return {
-        "mean_a": means[0], "mean_b": means[1], "difference": found.value, "difference_low": low,
-        "difference_high": high, "larger": float(np.average(d > 0, weights=w)), "correlation": correlation,
-        "pairs": len(d),
-    }  # fmt: skip
-
-
-def proportions(less: int, more: int, n: int) -> tuple[float, float]:
-    """Bounds for the difference of two proportions from n pairs, of which so many are true in the first alone, and in
-    the second alone: each of both is bounded with half of what is left of the confidence (Bonferroni)."""
-    confidence = 0.5 + 0.5 * CONFIDENCE
-    ends = [proportion(count, n, confidence) for count in (less, more)]
-    return float(ends[1][0] - ends[0][1]), float(ends[1][1] - ends[0][0])
+def proportions(d: np.ndarray, weights: np.ndarray) -> tuple[float, float]:
+    """Bounds for the difference of two proportions, from pairs (n,) of which d is 1 where it is true in the second
+    alone, and -1 in the first alone: each of both is bounded with half of what is left of the confidence
+    (Bonferroni)."""
+    less, more = (weighted.proportion(x.astype(float), weights, 0.5 + 0.5 * CONFIDENCE) for x in (d < 0, d > 0))
+    return more.low - less.high, more.high - less.low
 
 
 def _in_both(first: xr.Dataset, second: xr.Dataset) -> list[str]:
@@ -275,23 +251,11 @@ def _untold(names: Sequence[str]) -> Iterator[str]:
 
 def _changes(first: xr.Dataset, second: xr.Dataset) -> Iterator[str]:
     """What the scenarios differ in, path by path."""
-    one, other = (dict(_leaves(scenario_tables(ds, "the dataset"), "")) for ds in (first, second))
-    known = (path for path in dict.fromkeys([*one, *other]) if path != "title" and not PLACES.fullmatch(path))
-    paths = [path for path in known if one.get(path) != other.get(path)]
+    one, other = (by_path(scenario_tables(ds, "the dataset")) for ds in (first, second))
+    known = (x for x in dict.fromkeys([*one, *other]) if x != "title" and not x.endswith(ORDER))
+    paths = [path for path in known if one.get(path) != other.get(path) and not PLACES.fullmatch(path)]
     for path in paths[:MOST_CHANGES]:
         before, after = (show(values[path]) if path in values else "not given" for values in (one, other))
         yield f"{path}: {before}, then {after}"
     if paths[MOST_CHANGES:]:
         yield f"and {len(paths) - MOST_CHANGES} more"
-
-
-def _leaves(tables: Any, path: str) -> Iterator[tuple[str, Any]]:
-    """The values of a scenario by their paths; elements of lists by their names, where they have some."""
-    if isinstance(tables, dict) and tables:
-        for key, value in tables.items():
-            yield from _leaves(value, f"{path}.{key}" if path else str(key))
-    elif isinstance(tables, list) and tables and all(isinstance(x, dict) and "name" in x for x in tables):
-        for element in tables:
-            yield from _leaves({k: x for k, x in element.items() if k != "name"}, f"{path}.{element['name']}")
-    else:
-        yield path, tables

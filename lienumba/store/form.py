@@ -33,6 +33,8 @@ SECTIONS = ("model", "integrator", "output", "sweep", "files", "study", "start")
 KINDS: dict[str, type] = {"runs": int, "nominal": bool, "seed": int, "sampler": str}  # of keys of a sweep
 NUMERIC, TEXT = "biuf", "US"  # kinds of arrays
 
+VARY, ORDER = "sweep.vary", " (order)"  # what comes first matters: to sequences of samples, and to records
+
 Tables = dict[str, Any]
 
 
@@ -79,6 +81,24 @@ def current(tables: Tables) -> Tables:
     if kept.get("sampler") in RETIRED:
         kept["sampler"] = DEFAULT
     return tables if kept == sweep else {**tables, "sweep": kept}
+
+
+def by_path(value: object, path: str = "") -> Tables:
+    """Every value of a scenario by its path; tables of a list by their names, and the order of these."""
+    found: Tables = {}
+    if isinstance(value, Mapping):
+        items = [(str(key), item) for key, item in value.items()]
+        if path == VARY:
+            found[path + ORDER] = list(value)
+    elif isinstance(value, list) and value and all(isinstance(item, Mapping) for item in value):
+        own = ({key: x for key, x in item.items() if key != "name"} for item in value)
+        items = [(str(item.get("name", n)), rest) for n, (item, rest) in enumerate(zip(value, own, strict=True))]
+        found[path + ORDER] = [name for name, _ in items]
+    else:
+        return {path: value}
+    for key, item in items:
+        found |= by_path(item, f"{path}.{key}" if path else key)
+    return found
 
 
 @lru_cache(maxsize=4)

@@ -1,6 +1,5 @@
 """Whether what is there already belongs to the sweep that is asked for: a sentence names the first difference."""
 
-from collections.abc import Mapping
 from typing import Any
 
 from lienumba import __version__
@@ -8,12 +7,11 @@ from lienumba.errors import ScenarioError
 from lienumba.scenario.base.paths import PLACES
 from lienumba.scenario.base.toml import Tables
 from lienumba.scenario.resolve import Scenario
-from lienumba.store.form import scenario_tables
+from lienumba.store.form import by_path, scenario_tables
 from lienumba.sweep.samplers import GROWING, SAMPLERS
 from lienumba.words import show
 
 INDIFFERENT = ("title", "sweep.runs", "sweep.nominal", "sweep.stop.")  # what may be otherwise
-VARY, ORDER = "sweep.vary", "{} (order)"  # what comes first matters: to sequences of samples, and to records
 LONGEST = 40  # characters of a value in a sentence
 
 
@@ -59,7 +57,7 @@ def check_parts(there: Tables, here: Tables, where: str, first: str) -> None:
 
 def values(there: Tables, where: str) -> dict[str, Any]:
     """Every value of the scenario of a manifest, or of the attributes of a dataset, by its path."""
-    return _flat(scenario_tables(there, where))
+    return by_path(scenario_tables(there, where))
 
 
 def first_difference(old: Tables, new: Tables) -> str | None:
@@ -83,20 +81,3 @@ def _shown(values: Tables, key: str) -> str:
         return "nothing"
     text = show(values[key])
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
-
-
-def _flat(value: object, path: str = "") -> dict[str, Any]:
-    """Every value by its path; tables of a list by their names, so that a sentence says them."""
-    found: dict[str, Any] = {}
-    if isinstance(value, Mapping):
-        items = [(str(key), item) for key, item in value.items()]
-        if path == VARY:
-            found[ORDER.format(path)] = list(value)
-    elif isinstance(value, list) and value and all(isinstance(item, Mapping) for item in value):
-        items = [(str(item.get("name", n)), item) for n, item in enumerate(value)]
-        found[ORDER.format(path)] = [name for name, _ in items]
-    else:
-        return {path: value}
-    for key, item in items:
-        found |= _flat(item, f"{path}.{key}" if path else key)
-    return found
