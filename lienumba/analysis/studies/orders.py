@@ -109,48 +109,25 @@ def fit(steps: np.ndarray, errors: np.ndarray, floor: np.ndarray) -> Fit:
         return Fit(float((y[1] - y[0]) / np.log(h[1] / h[0])), points=len(h), finest=float(h[0]), coarsest=float(h[-1]))
     columns = np.stack([np.ones(len(h)), np.log(h), h / h[-1]][: len(h) - 1], axis=1)
     points = columns.shape[1] + 1
-    law = Regression.of(columns[:points], y[:points])
+    found, covariance, variance, quantile = _regression(columns[:points], y[:points])
     for row, value, slack in zip(columns[points:], y[points:], own[points:], strict=True):
-        if abs(value - law.at(row)) > law.uncertainty(row) + slack:
+        uncertainty = quantile * (variance + row @ covariance @ row) ** 0.5  # half the prediction interval
+        if abs(value - row @ found) > uncertainty + slack:
             break
         points += 1
-        law = Regression.of(columns[:points], y[:points])
-    order, half = float(law.found[1]), law.quantile * law.deviation(np.eye(columns.shape[1])[1])
+        found, covariance, variance, quantile = _regression(columns[:points], y[:points])
+    order, half = float(found[1]), float(quantile * covariance[1, 1] ** 0.5)
     return Fit(order, order - half, order + half, points, float(h[0]), float(h[points - 1]))
 
 
-@dataclass(frozen=True)
-class Regression:
-    """Least squares. found: the coefficients; spread: the inverse of X^T X; scatter: the standard deviation of what is
-    left; freedom: how many values more than coefficients."""
+def _regression(columns: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, float]:
+    """Least squares: the coefficients, their covariance, the variance of what is left, and the quantile of Student's t
+    with as many degrees of freedom as there are values more than coefficients."""
+    from scipy.special import stdtrit
 
-    found: np.ndarray
-    spread: np.ndarray
-    scatter: float
-    freedom: int
-
-    @staticmethod
-    def of(columns: np.ndarray, y: np.ndarray) -> Regression:
-        Q, R = np.linalg.qr(columns)
-        inverse = np.linalg.inv(R)
-        found = inverse @ (Q.T @ y)
-        rest, freedom = y - columns @ found, len(y) - columns.shape[1]
-        return Regression(found, inverse @ inverse.T, float((rest @ rest / freedom) ** 0.5), freedom)
-
-    @property
-    def quantile(self) -> float:
-        """Of Student's t."""
-        from scipy.special import stdtrit
-
-        return float(stdtrit(self.freedom, 0.5 + 0.5 * CONFIDENCE))
-
-    def at(self, row: np.ndarray) -> float:
-        return float(row @ self.found)
-
-    def deviation(self, row: np.ndarray) -> float:
-        """The standard deviation of the value of a row."""
-        return self.scatter * float(row @ self.spread @ row) ** 0.5
-
-    def uncertainty(self, row: np.ndarray) -> float:
-        """Half the prediction interval of a further point."""
-        return self.quantile * float(self.scatter**2 + self.deviation(row) ** 2) ** 0.5
+    Q, R = np.linalg.qr(columns)
+    inverse = np.linalg.inv(R)
+    found, freedom = inverse @ (Q.T @ y), len(y) - columns.shape[1]
+    rest = y - columns @ found
+    variance = float(rest @ rest) / freedom
+    return found, variance * inverse @ inverse.T, variance, float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE))
