@@ -14,7 +14,7 @@ from lienumba.analysis.sensitivities.explained import explained
 from lienumba.analysis.sensitivities.morris import design_of, effects
 from lienumba.analysis.sensitivities.ranks import rank_interval, standard_ranks, tornado
 from lienumba.analysis.sensitivities.sobol import Rows, indices
-from lienumba.engine.rare.methods import METHODS
+from lienumba.engine.rare.rare import METHODS
 from lienumba.sweep import weighted
 from lienumba.sweep.confidence import bounds, half_width, proportion, ranks
 from lienumba.sweep.samplers.importance import Proposal, proposed
@@ -123,7 +123,7 @@ def change(noise: float) -> Trial:
     def trial(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
         x, other = rng.standard_normal((2, runs))
         found = tornado(x, x + noise * other)
-        return (found.change_low, found.change_high), 2.0 * TAIL
+        return (found["change_low"], found["change_high"]), 2.0 * TAIL
 
     return trial
 
@@ -142,7 +142,7 @@ def of_data(which: int) -> Trial:
     def trial(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
         x = rng.uniform(-np.pi, np.pi, (runs, 3))
         found = explained(x[:, which], ishigami(x))
-        return (found.first_order_low, found.first_order_high), FIRST[which]
+        return (found["first_order_low"], found["first_order_high"]), FIRST[which]
 
     return trial
 
@@ -150,13 +150,13 @@ def of_data(which: int) -> Trial:
 def of_product(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
     x = rng.standard_normal((runs, 2))
     found = explained(x[:, 0], x[:, 0] * x[:, 1])
-    return (found.first_order_low, found.first_order_high), 0.0
+    return (found["first_order_low"], found["first_order_high"]), 0.0
 
 
 def of_square(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
     x = rng.standard_normal((runs, 2))
     found = explained(x[:, 0], x[:, 0] ** 2 + x[:, 1])
-    return (found.first_order_low, found.first_order_high), 2 / 3
+    return (found["first_order_low"], found["first_order_high"]), 2 / 3
 
 
 def of_failures(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
@@ -164,7 +164,8 @@ def of_failures(rng: np.random.Generator, runs: int) -> tuple[Interval, float]:
     found = explained(x[:, 0], (x.sum(axis=1) > 1.0).astype(float))
     z, weight = special.roots_hermitenorm(200)
     given, p = stats.norm.cdf(z - 1.0), stats.norm.sf(1.0 / 2**0.5)
-    return (found.first_order_low, found.first_order_high), (weight @ (given - p) ** 2) / weight.sum() / (p * (1 - p))
+    truth = (weight @ (given - p) ** 2) / weight.sum() / (p * (1 - p))
+    return (found["first_order_low"], found["first_order_high"]), truth
 
 
 def of_rows(which: int, total: bool) -> Trial:
@@ -191,7 +192,7 @@ def elementary(name: str, which: str, truth: float) -> Trial:
         x = MORRIS.draw(streams, labels, seed, 0)
         design = design_of(labels, sweep | {"seed": seed}, x)
         found = effects(x["a"] * x["b"] + x["a"] + x["c"] ** 2, design)[name]
-        return (getattr(found, f"{which}_low"), getattr(found, f"{which}_high")), truth
+        return (found[f"{which}_low"], found[f"{which}_high"]), truth
 
     return trial
 

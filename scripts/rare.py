@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from document import markdown, renew
-from lienumba.engine.rare.methods import METHODS
+from lienumba.engine.rare.rare import METHODS
 from lienumba.errors import ScenarioError
 from tests.engine.rare.test_methods import CASES
 

@@ -10,7 +10,6 @@ in 5 % of all sweeps at most.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ import xarray as xr
 
 from lienumba.analysis.labels import named
 from lienumba.analysis.requirements.verdict import counted, requirement_in, sweep_of
-from lienumba.analysis.sensitivities.explained import Explained, explained
+from lienumba.analysis.sensitivities.explained import explained
 from lienumba.analysis.text_table import NONE, TextTable, number_text, short_text
 from lienumba.analysis.weights import kept_of, weights_of
 from lienumba.errors import ScenarioError
@@ -76,16 +75,16 @@ def separation(ds: xr.Dataset, requirement: str) -> xr.Dataset:
             {
                 "distance": float(found.statistic), "p_value": float(found.pvalue), "larger": area,
                 "median_met": float(np.median(good)), "median_not_met": float(np.median(bad)),
-                **asdict(Explained() if weights_of(ds) is not None else explained(x, met.astype(float), evenly)),
+                **({} if weights_of(ds) is not None else explained(x, met.astype(float), evenly)),
             }
         )  # fmt: skip
     for row, p in zip(rows, holm([row["p_value"] for row in rows]), strict=True):
         row["p_value"] = p
     order = sorted(range(len(rows)), key=lambda n: (-rows[n]["distance"], n))
-    data = {
-        name: ("input", np.array([rows[n][name] for n in order]), {"units": unit or "of the input", "long_name": text})
-        for name, (unit, text) in NAMED.items()
-    }
+    data = {}
+    for name, (unit, text) in NAMED.items():
+        values = np.array([rows[n].get(name, np.nan) for n in order])
+        data[name] = ("input", values, {"units": unit or "of the input", "long_name": text})
     coordinates: dict[str, Any] = {
         "input": [inputs[n] for n in order],
         "input_units": ("input", [str(ds[inputs[n]].attrs.get("units", "1")) for n in order]),

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import nan
 
 import numpy as np
 
@@ -24,15 +23,6 @@ CONFIDENCE = 0.95
 FEWEST = 100  # runs, from which on intervals hold what they say (docs/statistics.md)
 SMALLEST = 12  # group
 DEGREE = 2
-
-
-@dataclass(frozen=True)
-class Explained:
-    """The index between the ends of its 95 % interval."""
-
-    first_order: float = nan
-    first_order_low: float = nan
-    first_order_high: float = nan
 
 
 @dataclass(frozen=True)
@@ -48,12 +38,12 @@ class Fit:
     coefficients: int
 
 
-def explained(x: np.ndarray, y: np.ndarray, evenly: bool = False) -> Explained:
-    """The first index of an input x (n,) for an output y (n,); NaN of too few runs. evenly: whether these are spread
-    more so than by chance."""
+def explained(x: np.ndarray, y: np.ndarray, evenly: bool = False) -> dict[str, float]:
+    """The first index of an input x (n,) for an output y (n,) and the ends of its 95 % interval, by their names; none
+    of too few runs. evenly: whether these are spread more so than by chance."""
     n = len(y)
     if n < FEWEST:
-        return Explained()
+        return {}
     y = y - y.mean()
     found, variance = fit(x, y), float(y @ y) / (n - 1)
     index, of_lines = (total / (n - 1) / variance for total in (found.squares, found.of_lines))
@@ -62,7 +52,7 @@ def explained(x: np.ndarray, y: np.ndarray, evenly: bool = False) -> Explained:
     if evenly:
         room = 0.5 * found.added / (n - 1) / variance
         index, half = index + room, half + room
-    return Explained(float(index), float(index - half), float(index + half))
+    return {"first_order": index, "first_order_low": index - half, "first_order_high": index + half}
 
 
 def half_of(influence: np.ndarray, found: Fit, variance: float, coarse: float) -> float:

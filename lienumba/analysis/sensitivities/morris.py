@@ -14,7 +14,7 @@ from math import exp, nan
 
 import numpy as np
 
-from lienumba.analysis.sensitivities.sobol import columns_of, sampled_inputs, table_of
+from lienumba.analysis.sensitivities.sobol import ENDS, columns_of, sampled_inputs, table_of
 from lienumba.scenario.base.toml import Tables
 from lienumba.sweep.confidence import half_width
 from lienumba.sweep.samplers.morris import moved, places, runs_of_row
@@ -22,21 +22,6 @@ from lienumba.sweep.samplers.streams import uniforms
 
 CONFIDENCE = 0.95
 FEWEST, FEWEST_OF_SIGMA = 4, 50  # effects from which on there are intervals
-
-
-@dataclass(frozen=True)
-class Effects:
-    """Of an input, with the ends of 95 % intervals; mu, sigma: NaN of what has no direction."""
-
-    mu: float = nan
-    mu_low: float = nan
-    mu_high: float = nan
-    mu_star: float = nan
-    mu_star_low: float = nan
-    mu_star_high: float = nan
-    sigma: float = nan
-    sigma_low: float = nan
-    sigma_high: float = nan
 
 
 @dataclass(frozen=True)
@@ -65,18 +50,19 @@ def design_of(labels: np.ndarray, sweep: Tables, samples: Mapping[str, np.ndarra
     return Design(steps, len(rows))
 
 
-def effects(values: np.ndarray, design: Design) -> dict[str, Effects]:
-    """Of an output (runs,), by the names of inputs."""
+def effects(values: np.ndarray, design: Design) -> dict[str, dict[str, float]]:
+    """Of an output (runs,), by the names of inputs: mean size, mean and deviation with the ends of their 95 %
+    intervals, the latter two of what has a direction."""
     return {name: _effects(values, *steps) for name, steps in design.steps.items()}
 
 
-def _effects(values: np.ndarray, ends: np.ndarray, size: np.ndarray, directed: bool) -> Effects:
+def _effects(values: np.ndarray, ends: np.ndarray, size: np.ndarray, directed: bool) -> dict[str, float]:
     found = (values[ends[1]] - values[ends[0]]) / size
     found = found[np.isfinite(found)]
     if len(found) < FEWEST:
-        return Effects()
-    mu_star = _mean(abs(found))
-    return Effects(*_mean(found), *mu_star, *_deviation(found)) if directed else Effects(nan, nan, nan, *mu_star)
+        return {}
+    every = {"mu_star": _mean(abs(found))} | ({"mu": _mean(found), "sigma": _deviation(found)} if directed else {})
+    return {f"{name}{end}": x for name, own in every.items() for end, x in zip(ENDS, own, strict=True)}
 
 
 def _mean(x: np.ndarray) -> tuple[float, float, float]:

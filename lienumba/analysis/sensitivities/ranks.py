@@ -12,27 +12,12 @@ first Sobol' indices are the variance.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import nan
 
 import numpy as np
 
 CONFIDENCE = 0.95
 TENTH = 0.1
-
-
-@dataclass(frozen=True)
-class Tornado:
-    """low, high: mean outputs where the input is in its lowest and highest tenth; change: high minus low, between
-    change_low and change_high; input_low, input_high: the ends of these tenths."""
-
-    input_low: float = nan
-    input_high: float = nan
-    low: float = nan
-    high: float = nan
-    change: float = nan
-    change_low: float = nan
-    change_high: float = nan
 
 
 def standard_ranks(x: np.ndarray) -> np.ndarray:
@@ -54,13 +39,14 @@ def rank_interval(r: float, n: int) -> tuple[float, float]:
     return float(np.tanh(z - half)), float(np.tanh(z + half))
 
 
-def tornado(x: np.ndarray, y: np.ndarray) -> Tornado:
-    """The tornado of outputs y (n,) over an input x (n,); NaN where the tenths of a discrete input are one."""
+def tornado(x: np.ndarray, y: np.ndarray) -> dict[str, float]:
+    """The tornado of outputs y (n,) over an input x (n,), by the names of `sensitivity`; none where the tenths of a
+    discrete input are one."""
     from scipy.special import stdtrit
 
     ends = np.quantile(x, (TENTH, 1.0 - TENTH))
     if not ends[0] < ends[1]:
-        return Tornado()
+        return {}
     tenths = x <= ends[0], x >= ends[1]
     low, high = (float(y[tenth].mean()) for tenth in tenths)
     half = nan
@@ -75,7 +61,10 @@ def tornado(x: np.ndarray, y: np.ndarray) -> Tornado:
             variance = (above - below).var() / len(y) * fewest / (fewest - 1)
             half = float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE) * variance**0.5)
     change = high - low
-    return Tornado(float(ends[0]), float(ends[1]), low, high, change, change - half, change + half)
+    return {
+        "input_low": float(ends[0]), "input_high": float(ends[1]), "low": low, "high": high, "change": change,
+        "change_low": change - half, "change_high": change + half,
+    }  # fmt: skip
 
 
 def _mean_at(x: np.ndarray, y: np.ndarray, at: float) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -222,12 +221,12 @@ def _dataset(
         for k, numbers in enumerate(_compare(y, (x[kept] for x in inputs.values()), ranks[kept.tobytes()])):
             _put(table, k, numbers)
         for k, x in enumerate(inputs.values() if independent else ()):
-            _put(table, k, asdict(explained(x[kept], y, evenly)))
+            _put(table, k, explained(x[kept], y, evenly))
         indices = None if rows is None else sobol.indices(output.values, rows)
         for name, numbers in ({} if indices is None else indices.by_input()).items():
             _put(table, names.index(name), numbers)
         for name, effects in ({} if steps is None else morris.effects(output.values, steps)).items():
-            _put(table, names.index(name), asdict(effects))
+            _put(table, names.index(name), effects)
         own = {"mean": y.mean(), "deviation": y.std(ddof=1), "runs": len(y), "rows": indices.rows if indices else 0}
         _put(of_output, n, own)
     data = {
@@ -249,7 +248,7 @@ def _compare(y: np.ndarray, samples: Iterable[np.ndarray], ranks: list[np.ndarra
         r = float(own @ rank)
         low, high = rank_interval(r, len(y))
         correlation = {"rank_correlation": r, "rank_correlation_low": low, "rank_correlation_high": high}
-        found.append(correlation | asdict(tornado(x, y)))
+        found.append(correlation | tornado(x, y))
     return found
 
 

@@ -52,7 +52,7 @@ class Indices:
     rows: int
 
     def by_input(self) -> dict[str, dict[str, float]]:
-        """The numbers of each input by their names."""
+        """The numbers of each input by the names of `sensitivity`."""
         both = {"first_order": self.first, "total_order": self.total}
         return {
             name: {f"{kind}{end}": float(x[m, k]) for kind, x in both.items() for m, end in enumerate(ENDS)}

@@ -9,9 +9,9 @@ points about failures whose weights are many times the mean, and by what a wider
 from typing import NamedTuple
 
 import numpy as np
+from scipy import stats
 
 from lienumba.engine.rare.estimate import Margins, finite, gradient
-from lienumba.engine.rare.latin import about
 from lienumba.errors import ScenarioError
 
 DEFENSIVE = 0.1  # the part of the sample that is drawn as the inputs are
@@ -47,6 +47,17 @@ class Mixture(NamedTuple):
         counts = np.append(counts, n - counts.sum())
         z = np.concatenate([about(centre, k, rng) for centre, k in zip(self.centres, counts, strict=True)])
         return z, Mixture(self.centres, counts / n)
+
+
+def about(centre: np.ndarray, n: int, rng: np.random.Generator) -> np.ndarray:
+    """n standard normal points about a centre, a Latin hypercube in axes of which the first leads from the origin to
+    it: a reflection turns them there."""
+    places = rng.permuted(np.tile(np.arange(n)[:, None], len(centre)), axis=0)
+    within = rng.uniform(1e-9, 1.0 - 1e-9, places.shape)  # not on an end, which is infinitely far away
+    z: np.ndarray = stats.norm.ppf((places + within) / n)
+    mirror = centre + np.copysign(np.linalg.norm(centre), centre[0]) * np.eye(len(centre))[0]
+    square = float(mirror @ mirror)
+    return centre + (z - np.outer(z @ mirror, 2.0 / square * mirror) if square > 0.0 else z)
 
 
 def mixture(points: np.ndarray) -> Mixture:

@@ -1,13 +1,17 @@
 """How probable it is that a requirement is not met, where that is too rare to be counted."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lienumba.engine.cores import usable_cores
 from lienumba.engine.progress import shown
+from lienumba.engine.rare.design_points import form
+from lienumba.engine.rare.estimate import Estimate, Margins
+from lienumba.engine.rare.importance import importance
 from lienumba.engine.rare.limit import Limit, named
-from lienumba.engine.rare.methods import METHODS
+from lienumba.engine.rare.subset import subset
 from lienumba.engine.runner import check_workers
 from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import resolve
@@ -17,6 +21,11 @@ from lienumba.words import show, suggestion
 if TYPE_CHECKING:
     import xarray as xr
 
+METHODS: dict[str, Callable[[Margins, int, int, int, float], Estimate]] = {
+    "subset": subset,
+    "importance": importance,
+    "form": form,
+}
 RUNS = {"subset": 2400, "importance": 6000, "form": 40}
 EXPECTED = {"subset": 6.4, "importance": 1.1, "form": 10.0}  # runs in all, of those asked for
 

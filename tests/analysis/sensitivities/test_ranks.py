@@ -47,7 +47,7 @@ def test_a_tornado_holds_what_it_says_however_strong_the_input_is(noise):
     for seed in range(500):
         x, other = np.random.default_rng(seed).standard_normal((2, 200))
         found = tornado(x, x + noise * other)
-        held += found.change_low <= 2 * TAIL <= found.change_high
+        held += found["change_low"] <= 2 * TAIL <= found["change_high"]
     assert 0.92 < held / 500 < 0.985
 
 
@@ -56,7 +56,7 @@ def test_the_interval_of_a_tornado_without_effect_is_that_of_welch():
     x, y = rng.permutation(20_000).astype(float), rng.standard_normal(20_000)
     found = tornado(x, y)
     theirs = ttest_ind(y[x >= 18_000], y[x < 2000], equal_var=False).confidence_interval(0.95)
-    assert (found.change_low, found.change_high) == pytest.approx((theirs.low, theirs.high), abs=0.003)
+    assert (found["change_low"], found["change_high"]) == pytest.approx((theirs.low, theirs.high), abs=0.003)
 
 
 def test_intervals_hold_what_they_say():
@@ -66,15 +66,15 @@ def test_intervals_hold_what_they_say():
         x, y = linear(60, seed)
         low, high = rank_interval(spearmanr(x[:, 0], y).statistic, 60)
         found = tornado(x[:, 2], y)  # which has less effect than the others' noise
-        held.append((low < truth < high, found.change_low < 2 * TAIL * 0.97 < found.change_high))
+        held.append((low < truth < high, found["change_low"] < 2 * TAIL * 0.97 < found["change_high"]))
     assert np.mean(held, axis=0) == pytest.approx([0.95, 0.95], abs=0.03)
 
 
 def test_a_discrete_input_has_its_lowest_and_highest_values():
     x = np.repeat([1.0, 2.0, 3.0], 20)
     found = tornado(x, x**2 + np.tile([-0.5, 0.5], 30))
-    assert (found.low, found.high, found.change) == (1.0, 9.0, 8.0)
-    assert np.isnan(tornado(np.array([0.0] * 99 + [1.0]), np.arange(100.0)).change)
+    assert (found["low"], found["high"], found["change"]) == (1.0, 9.0, 8.0)
+    assert tornado(np.array([0.0] * 99 + [1.0]), np.arange(100.0)) == {}
 
 
 def test_few_runs_have_wide_intervals():
@@ -84,8 +84,8 @@ def test_few_runs_have_wide_intervals():
     assert high > 0.99
     assert rank_interval(1.0, 10) == (1.0, 1.0)
     found = tornado(x, x)
-    assert found.change == 3.0
-    assert np.isnan(found.change_low)
+    assert found["change"] == 3.0
+    assert np.isnan(found["change_low"])
 
 
 def test_failures_are_left_out_and_are_an_output():

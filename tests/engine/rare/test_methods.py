@@ -8,7 +8,7 @@ from scipy import integrate, stats
 
 from lienumba.engine.rare.design_points import design_points
 from lienumba.engine.rare.estimate import Estimate
-from lienumba.engine.rare.methods import METHODS
+from lienumba.engine.rare.rare import METHODS
 from tests.facade import ScenarioError
 
 RARE = 1e-6
