@@ -70,10 +70,3 @@ def proportion(successes: Counts, n: Counts, confidence: float) -> tuple[np.ndar
 def bounds(successes: Counts, n: Counts, confidence: float) -> tuple[np.ndarray, np.ndarray]:
     """The same, where each end holds by itself with the confidence: at least so much, and at most so much."""
     return proportion(successes, n, 2.0 * confidence - 1.0)
-
-
-def tolerance_place(n: int, probability: float, confidence: float) -> int | None:
-    """The place, from 0, of the smallest of n sorted values below which at least so large a part of all values lies,
-    with the confidence (S. S. Wilks, Ann. Math. Statist. 12 (1941) 91); None: n are too few."""
-    place = int(binomial(confidence, n, probability)) if n else 0
-    return place if place < n else None

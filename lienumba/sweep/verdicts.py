@@ -107,9 +107,7 @@ def judge(wanted: Wanted, met: np.ndarray, margin: np.ndarray, weights: np.ndarr
     return Verdict(
         wanted.name, verdict, n, int(np.count_nonzero(met)), wanted.probability, wanted.confidence,
         passed / tells if tells else float("nan"), low, high, more, fewest,
-        _tolerance(margin, wanted)
-        if own is None
-        else _kept(margin, met, lambda kept: rule.shown(*_counted(kept.astype(float), own)) == MET),
+        _kept(margin, met, lambda kept: rule.shown(*_counted(kept.astype(float), own)) == MET),
         None if own is None or not own.any() else weighted.effective(own),
     )  # fmt: skip
 
@@ -175,15 +173,6 @@ def _smallest(n: float, enough: Callable[[float], bool]) -> int | None:
         middle = (low + top) // 2
         low, top = (low, middle) if enough(n + middle) else (middle, top)
     return top
-
-
-def _tolerance(margin: np.ndarray, wanted: Wanted) -> float | None:
-    """The margin that so large a part of all runs keeps, with the confidence."""
-    place = confidence.tolerance_place(len(margin), wanted.probability, wanted.confidence)
-    if place is None:
-        return None
-    found = float(-np.partition(-margin, place)[place])
-    return found if np.isfinite(found) else None
 
 
 def percent(x: float, floor_: bool | None = None) -> str:
