@@ -102,15 +102,15 @@ def owned(path: AnyPath) -> Iterator[Output]:
 
 
 @contextmanager
-def whole(output: Output | AnyPath) -> Iterator[Path]:
-    """Where to write a file that bears its name only when all of it is on the disk."""
+def whole(output: Output | AnyPath, takes: str = "") -> Iterator[Path]:
+    """Where to write a file that bears its name only when all of it is on the disk; takes: see `Output.failed`."""
     with _held(output) as own:
         partial = own.partial()
         try:
             yield partial
             own.settle(partial)
         except OSError as error:
-            raise own.failed(error) from error
+            raise own.failed(error, takes) from error
         finally:
             discard(partial)
 
@@ -120,16 +120,11 @@ def write(dataset: xr.Dataset, output: Output | AnyPath) -> None:
 
     What a process leaves that is killed on the way is removed when the file is written again.
     """
-    with _held(output) as own:
-        partial = own.partial()
+    with whole(output, f"it takes up to {dataset.nbytes / 1e6:.1f} MB, and ") as partial, NETCDF:
         try:
-            with NETCDF:
-                dataset.to_netcdf(partial, mode="w", format="NETCDF4", engine="netcdf4")
-            own.settle(partial)
-        except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError for a full disk
-            raise own.failed(error, f"it takes up to {dataset.nbytes / 1e6:.1f} MB, and ") from error
-        finally:
-            discard(partial)
+            dataset.to_netcdf(partial, mode="w", format="NETCDF4", engine="netcdf4")
+        except RuntimeError as error:  # netCDF4's word for a full disk
+            raise OSError(str(error)) from error
 
 
 @contextmanager
