@@ -177,7 +177,7 @@ def _computing(results: "Results", workers: int, dask: object) -> "Iterator[Comp
 def in_memory(results: "Results", runs: "Runs", compute: "Compute", tell: "Tell") -> "xr.Dataset":
     """The dataset of these runs."""
     from lienumba.engine.memory import Memory
-    from lienumba.engine.quality import result_warnings, short_steps
+    from lienumba.engine.quality import result_warnings
     from lienumba.engine.requirements import attributes
     from lienumba.engine.simulate import simulate
     from lienumba.engine.stopping import stopping_of
@@ -192,7 +192,6 @@ def in_memory(results: "Results", runs: "Runs", compute: "Compute", tell: "Tell"
     kept = enough.kept(runs.labels)
     runs = runs.part(kept)
     said = enough.attributes() | attributes(resolved, runs.labels, memory.column)
-    said |= short_steps.attributes(resolved, runs.labels, memory.column)
     said |= result_warnings.attributes(resolved, runs, memory.column)
     return results.dataset(memory.columns(kept), runs.labels, runs.samples, len(runs.labels), **said)
 
@@ -211,7 +210,7 @@ def on_disk(
     from lienumba.engine.disk.background_writer import background_writer
     from lienumba.engine.disk.resume import manifest
     from lienumba.engine.disk.sweep_files import Arrived, sweep_files
-    from lienumba.engine.quality import result_warnings, short_steps
+    from lienumba.engine.quality import result_warnings
     from lienumba.engine.requirements import attributes
     from lienumba.engine.simulate import Progress, simulate
     from lienumba.engine.stopping import stopping_of
@@ -252,7 +251,6 @@ def on_disk(
             runs = runs.part(enough.kept(runs.labels) | np.isin(runs.labels, there.older))
             total, failed = len(runs.labels), there.failed()
             said = enough.attributes() | attributes(resolved, runs.labels, there.column)
-            said |= short_steps.attributes(resolved, runs.labels, there.column)
             said |= result_warnings.attributes(resolved, runs, there.column)
             dataset.finish(  # what cannot be written now can be from the shards
                 results.labels(runs.labels),

@@ -7,6 +7,7 @@ looks at one certificate that every run has, and names the runs and the remedy.
 import numpy as np
 
 from lienumba.batch.statuses import GOOD, NON_FINITE, UNDEFINED
+from lienumba.engine.quality import short_steps
 from lienumba.engine.quality.undefined_laws import first_undefined
 from lienumba.engine.requirements import Column
 from lienumba.engine.simulate import Runs
@@ -20,15 +21,16 @@ SHOWN = 5  # labels
 
 
 def attributes(resolved: Scenario, runs: Runs, column: Column) -> dict[str, str]:
-    """What the dataset says of its runs: nothing, or a sentence for each rule."""
+    """What the dataset says of its runs: nothing, or a sentence for each rule, and one on short steps."""
     if not len(runs.labels):
         return {}
+    told = short_steps.attributes(resolved, runs.labels, column)
     status = column("status", runs.labels)
     good, undefined = np.isin(status, GOOD), np.isin(status, (NON_FINITE, UNDEFINED))
     found = [*_energy(resolved, runs.labels, column, good), *_rejected(runs.labels, column, good)]
     if undefined.any():
         found.append(first_undefined(resolved, runs, column, int(runs.labels[undefined][0])))
-    return {WARNINGS: "\n".join(filter(None, found))} if any(found) else {}
+    return told | ({WARNINGS: "\n".join(filter(None, found))} if any(found) else {})
 
 
 def _energy(resolved: Scenario, labels: np.ndarray, column: Column, good: np.ndarray) -> list[str]:
