@@ -122,11 +122,7 @@ def _numbers(own: xr.Dataset, many: bool, fastest: float) -> list[str]:
     damping = _quantiles(own["damping_ratio_quantiles"].values, ".4g", many, 1.0)
     there = np.isfinite(own["growth"].values)
     growth, weights = own["growth"].values[there], weights_of(own, there)
-    median = float("nan")
-    if weights is None and len(growth):
-        median = float(np.median(growth))
-    elif weights is not None and weights.any():
-        (median,) = weighted.quantiles(growth, weights, (0.5,))
+    (median,) = weighted.quantiles(growth, weights, (0.5,)) if len(growth) else (np.nan,)
     return [*frequency, *damping, number_text(median, ".4g", fastest), *grows]
 
 

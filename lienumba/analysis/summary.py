@@ -255,9 +255,8 @@ def _size(values: np.ndarray) -> float:
 
 def _of(values: np.ndarray, weights: np.ndarray | None) -> list[float]:
     """The quantiles of values (n,)."""
-    if weights is None or not weights.any():
-        return list(map(float, np.quantile(values, QUANTILES)))
-    return list(map(float, quantiles(values, weights, QUANTILES)))
+    known = weights is not None and weights.any()
+    return list(map(float, quantiles(values, weights if known else None, QUANTILES)))
 
 
 def _quantiles(

@@ -16,7 +16,7 @@ from lienumba.store.layout import MET, WEIGHT
 from lienumba.store.names import find_one
 from lienumba.store.shards import LABEL
 from lienumba.sweep import weighted
-from lienumba.sweep.confidence import half_width, ranks
+from lienumba.sweep.confidence import ranks
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.weighted import Interval
 
@@ -137,19 +137,14 @@ def interval(values: np.ndarray, rule: Stop, weights: np.ndarray | None = None) 
     are of finite values; a quantile may be an infinite one (a margin of what never happens)."""
     known = np.isfinite(values) if rule.statistic == "mean" else ~np.isnan(values)
     x = values[known]
+    if rule.statistic == "mean":
+        return weighted.mean(x, np.ones(len(x)) if weights is None else weights[known], rule.confidence)
+    assert rule.probability is not None
     if weights is not None:
-        w = weights[known]
-        if rule.statistic == "mean":
-            return weighted.mean(x, w, rule.confidence)
-        assert rule.probability is not None
-        return weighted.quantile(x, w, rule.probability, rule.confidence)
+        return weighted.quantile(x, weights[known], rule.probability, rule.confidence)
     x = np.sort(x)
     if len(x) < 2:
         return Interval(np.nan, -inf, inf)
-    if rule.statistic == "mean":
-        mean, half = float(x.mean()), float(half_width(x.std(ddof=1), len(x), rule.confidence))
-        return Interval(mean, mean - half, mean + half)
-    assert rule.probability is not None
     low, high = map(int, ranks(len(x), rule.probability, rule.confidence))
     with np.errstate(invalid="ignore"):
         value = float(np.quantile(x, rule.probability))

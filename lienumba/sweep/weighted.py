@@ -82,8 +82,12 @@ def deviation(x: np.ndarray, weights: np.ndarray) -> float:
     return float((np.average(rest * rest, weights=weights) * tells / (tells - 1.0)) ** 0.5)
 
 
-def quantiles(x: np.ndarray, weights: np.ndarray, probabilities: tuple[float, ...]) -> np.ndarray:
-    """Of values (n,), linear between the middles of their weights."""
+def quantiles(x: np.ndarray, weights: np.ndarray | None, probabilities: tuple[float, ...]) -> np.ndarray:
+    """Of values (n,), linear between the middles of their weights, if they have some; NaN where all of these are 0."""
+    if weights is None:
+        return np.quantile(x, probabilities)
+    if not weights.any():
+        return np.full(len(probabilities), nan)
     order = np.argsort(x, kind="stable")
     w = weights[order]
     middles = (np.cumsum(w) - 0.5 * w) / w.sum()

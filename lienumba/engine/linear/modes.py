@@ -199,8 +199,7 @@ def _quantiles(x: Array, weights: Array | None) -> Array:
     for place in np.ndindex(x.shape[1:]):
         own = x[(slice(None), *place)]
         there = np.isfinite(own)
-        if weights is None and there.any():
-            quantiles[(slice(None), *place)] = np.quantile(own[there], QUANTILES)
-        elif weights is not None and weights[there].any():
-            quantiles[(slice(None), *place)] = weighted.quantiles(own[there], weights[there], QUANTILES)
+        if there.any():
+            few = None if weights is None else weights[there]
+            quantiles[(slice(None), *place)] = weighted.quantiles(own[there], few, QUANTILES)
     return quantiles
