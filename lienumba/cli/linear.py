@@ -51,7 +51,7 @@ def modes(
         from lienumba.engine.linear.modes import modes as found_modes
         from lienumba.scenario.base.arguments import parse_assignments
 
-        given = {"rotation": _three(rotation), "runs": _labels(runs), "allow_code": allow_code}
+        given = {"rotation": rotation.split(","), "runs": _labels(runs), "allow_code": allow_code}
         changes = parse_assignments(settings or [])
         found = written(lambda: found_modes(source, at=at.split(","), overrides=changes, **given), output, overwrite)
         if plot is not None:
@@ -85,7 +85,8 @@ def equilibrium(
         from lienumba.integrators.codes import NONE_FOUND
         from lienumba.scenario.base.arguments import parse_assignments
 
-        given: dict[str, Any] = {"rotation": None if rotation is None else _three(rotation), "allow_code": allow_code}
+        given: dict[str, Any] = {"allow_code": allow_code}
+        given |= {"rotation": None if rotation is None else rotation.split(",")}
         given |= {"runs": _labels(runs), "overrides": parse_assignments(settings or [])}
         found = written(lambda: found_equilibrium(source, **given), output, overwrite)
         if not quiet:
@@ -95,11 +96,6 @@ def equilibrium(
                 say_files(output)
         if bool((found["status"] == NONE_FOUND).any()):
             raise typer.Exit(console.SOME_FAILED)
-
-
-def _three(rotation: str) -> Any:
-    """What is given is checked where it is used."""
-    return rotation.split(",")
 
 
 def _labels(runs: str | None) -> Any:
