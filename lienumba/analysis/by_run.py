@@ -20,7 +20,7 @@ from lienumba.store.layout import RUN, TABLE
 from lienumba.store.linear_layout import is_modes
 from lienumba.store.outputs import Output, whole
 from lienumba.store.study_layout import is_study
-from lienumba.store.targets import CHOOSE, claimed
+from lienumba.store.targets import claimed
 
 if TYPE_CHECKING:
     import pandas
@@ -85,8 +85,7 @@ def _name_changes(ds: xr.Dataset, columns: dict[str, Any]) -> None:
 
 def claimed_table(target: Path, overwrite: bool) -> AbstractContextManager[Output]:
     """Own the file of a table, from before anything is read; refuse one that must not be replaced."""
-    remedy = "" if overwrite else f"{CHOOSE}, or replace it with --overwrite"
-    return claimed(target, "table of runs", ENDINGS, remedy, STARTS)
+    return claimed(target, "table of runs", ENDINGS, overwrite, STARTS)
 
 
 def save(table: pandas.DataFrame, output: Output) -> None:

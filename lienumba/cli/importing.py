@@ -35,12 +35,11 @@ def import_(
     with console.exit_codes():
         from lienumba.importing import from_file
         from lienumba.scenario.base.arguments import parse_numbers
-        from lienumba.store.targets import CHOOSE, claimed
+        from lienumba.store.targets import claimed
 
         with ExitStack() as stack:
             if output is not None:
-                remedy = "" if overwrite else f"{CHOOSE}, or replace it with --overwrite"
-                own = stack.enter_context(claimed(output, "scenario", (".toml",), remedy))
+                own = stack.enter_context(claimed(output, "scenario", (".toml",), overwrite))
             system = from_file(
                 file, base=base, qpos=None if qpos is None else parse_numbers(qpos, "--qpos "), keyframe=keyframe,
                 keep_limits=keep_limits, strict=strict, density=density,

@@ -13,6 +13,7 @@ from lienumba.store.outputs import AnyPath, Output, folder_of, owned
 from lienumba.words import listed, printable
 
 CHOOSE = "choose another name"
+REPLACE = f"{CHOOSE}, or replace it with --overwrite"
 DATASET_STARTS = (b"\x89HDF", b"CDF")
 OF_OTHERS = {  # endings of what other commands write
     ".csv": "table", ".parquet": "table", ".mat": "table", ".png": "plot", ".svg": "plot", ".pdf": "plot",
@@ -66,10 +67,13 @@ def claimed(
     path: AnyPath,
     what: str,
     endings: Sequence[str] = (),
-    existing: str = "",
+    overwrite: bool = True,
     replaceable: Sequence[bytes] = (),
+    remedy: str = REPLACE,
 ) -> Iterator[Output]:
-    """Own a file that is to be `what`, from now on; a ScenarioError as `check_target`, and where another owns it."""
+    """Own a file that is to be `what`, from now on; a ScenarioError as `check_target`, and where another owns it.
+    remedy: where the file exists and must not be replaced."""
+    existing = "" if overwrite else remedy
     check_target(path, what, endings, existing, replaceable)
     with ExitStack() as stack:
         try:  # asking for permissions is not enough: root has them all, on a read-only disk too
@@ -92,10 +96,9 @@ def claimed_dataset(path: AnyPath, overwrite: bool, resume: bool = False, resuma
     if ending in OF_OTHERS and not Path(path).is_file():
         rule = f"is no dataset, but what lienumba {OF_OTHERS[ending]} writes"
         raise ScenarioError(f"output = {printable(str(path))}: {rule}; give a name that ends in .nc")
-    others = ", replace it with --overwrite, or add runs to it with --resume"
+    remedy = f"{CHOOSE}, replace it with --overwrite, or add runs to it with --resume" if resumable else REPLACE
     check_at_hand(f"output = {path}")
-    remedy = CHOOSE + (others if resumable else ", or replace it with --overwrite")
-    with claimed(path, "dataset", (), "" if overwrite or resume else remedy, DATASET_STARTS) as output:
+    with claimed(path, "dataset", (), overwrite or resume, DATASET_STARTS, remedy) as output:
         _check_folder(output, overwrite or resume)
         yield output
 

@@ -20,8 +20,7 @@ def claimed_findings(target: Path, overwrite: bool, *read: Path) -> AbstractCont
     must not be replaced."""
     if target.exists() and any(path.exists() and path.samefile(target) for path in read):
         raise ScenarioError(f"output = {target}: is what is to be read; {CHOOSE}")
-    remedy = "" if overwrite else f"{CHOOSE}, or replace it with --overwrite"
-    return claimed(target, "table", ENDINGS, remedy, STARTS)
+    return claimed(target, "table", ENDINGS, overwrite, STARTS)
 
 
 def save(found: xr.Dataset, output: Output) -> None:

@@ -14,7 +14,7 @@ from lienumba.scenario.schema.tables import ENDINGS
 from lienumba.scenario.start.design import draw, weights
 from lienumba.store.layout import WEIGHT
 from lienumba.store.outputs import Output, whole, write
-from lienumba.store.targets import CHOOSE, DATASET_STARTS, claimed
+from lienumba.store.targets import DATASET_STARTS, claimed
 from lienumba.sweep.design import NOMINAL_RUN
 
 if TYPE_CHECKING:
@@ -37,8 +37,7 @@ class InputStatistics:
 
 def claimed_samples(target: Path, overwrite: bool) -> AbstractContextManager[Output]:
     """Own the table, from before anything is drawn; refuse one that could not be written or must not be replaced."""
-    remedy = "" if overwrite else f"{CHOOSE}, or replace it with --overwrite"
-    return claimed(target, "table of samples", (CSV, *ENDINGS), remedy, (*DATASET_STARTS, RUN.encode()))
+    return claimed(target, "table of samples", (CSV, *ENDINGS), overwrite, (*DATASET_STARTS, RUN.encode()))
 
 
 def sample(scenario: "Scenario", labels: Sequence[int], output: Output) -> list[InputStatistics]:
