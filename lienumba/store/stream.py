@@ -71,15 +71,19 @@ class Stream:
         self.output, self.partial = output, output.partial()
         self.file: Any = None
         self.columns: Columns | None = None
-        with self._whole_or_nothing(), self._safely():
-            unlimited = [name for (name,) in RUNS if name in frame.dims]
-            frame.to_netcdf(self.partial, mode="w", format="NETCDF4", engine="netcdf4", unlimited_dims=unlimited)
-            import h5py  # netCDF4 has closed the file: the two bring an HDF5 library each
+        try:
+            with self._safely():
+                unlimited = [name for (name,) in RUNS if name in frame.dims]
+                frame.to_netcdf(self.partial, mode="w", format="NETCDF4", engine="netcdf4", unlimited_dims=unlimited)
+                import h5py  # netCDF4 has closed the file: the two bring an HDF5 library each
 
-            self.file, self.text = h5py.File(self.partial, "r+"), partial(h5py.string_dtype, "utf-8")
-            own = {str(name): str(x.dims[0]) for name, x in frame.variables.items() if x.dims[:1] in RUNS}
-            self.columns = Columns({name: Column(self.file[name]) for name in own}, threads)
-            self.tables = {dim: [n for n in own if n in frame.data_vars and own[n] == dim] for dim in unlimited}
+                self.file, self.text = h5py.File(self.partial, "r+"), partial(h5py.string_dtype, "utf-8")
+                own = {str(name): str(x.dims[0]) for name, x in frame.variables.items() if x.dims[:1] in RUNS}
+                self.columns = Columns({name: Column(self.file[name]) for name in own}, threads)
+                self.tables = {dim: [n for n in own if n in frame.data_vars and own[n] == dim] for dim in unlimited}
+        except BaseException:
+            self.discard()
+            raise
 
     def put(self, dim: str, every: Iterable[SourceSlice], tell: Callable[[int], None], before: int = 0) -> None:
         """Write pieces of a table behind what is there; tell(how many records there are then, `before` among them)."""
@@ -113,14 +117,6 @@ class Stream:
             if self.file is not None:
                 self.file.close()
         discard(self.partial)
-
-    @contextmanager
-    def _whole_or_nothing(self) -> Iterator[None]:
-        try:
-            yield
-        except BaseException:
-            self.discard()
-            raise
 
     @contextmanager
     def _safely(self) -> Iterator[None]:
