@@ -193,7 +193,8 @@ class Shards:
     def _save(self, table: str, parts: Sequence[np.ndarray]) -> Shard:
         labels, dtype = np.concatenate([part[LABEL] for part in parts]), parts[0].dtype
         header = _header(dtype, len(labels))
-        content = [header, *(np.ascontiguousarray(part).view(np.uint8).data for part in parts)]
+        own = [np.ascontiguousarray(part).view(np.uint8).data for part in parts]
+        content: list[bytes | memoryview] = [header, *own]
         total = 0
         for piece in content:
             total = checksum(piece, total)
