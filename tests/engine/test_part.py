@@ -12,7 +12,6 @@ from typer.testing import CliRunner
 
 import lienumba
 from lienumba import ScenarioError
-from lienumba.engine.disk import merge
 from lienumba.engine.part import SweepPart
 from lienumba.store import provenance
 from tests.facade import app
@@ -119,7 +118,7 @@ def test_a_gap_is_told_and_filled(folder: Path, tmp_path: Path) -> None:
 
 
 def test_more_files_than_are_open_at_a_time(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(merge, "OPEN", 1)
+    monkeypatch.setattr("lienumba.store.finished.OPEN", 1)
     files = [tmp_path / f"{k}.nc" for k in range(3)]
     for k, file in enumerate(files):  # every third run, so that files take turns
         lienumba.run(top(), runs=range(k, 40, 3), output=file).close()
