@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import secrets
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 AnyPath = str | os.PathLike[str]
 Stamp = tuple[int, int, int, int]  # by which it is seen that a file is another one, or has been changed
 SHARED = 0o666  # what the user's mask leaves of it
+FULL = (errno.ENOSPC, errno.EDQUOT)  # reasons that go away with more room
+PROBES, PROBE_BYTES = 256, 4096  # by which a full disk is seen: more than a library leaves of it
 LINKLESS = getattr(os, "O_NOFOLLOW", 0)
 
 
@@ -72,16 +75,11 @@ class Output:
             )
         to_disk(self.target.parent)
 
-    def failed(self, error: OSError | RuntimeError, takes: str = "") -> WriteError:
-        """What is said where the system refuses; takes: what is known of the room that it needs."""
-        if isinstance(error, WriteError):
-            return error
-        folder, why = self.target.parent, getattr(error, "strerror", None) or error
-        has = f"{folder} has {room(folder)} free"
-        return WriteError(
-            f"output = {self.path}: could not be written ({why}): {takes}{has}; make room there, or choose another "
-            "folder"
-        )
+    def failed(self, why: OSError, needs: str = "") -> WriteError:
+        """What is said where the system refuses, and nothing is left of what was written; needs: what is known of the
+        room that it takes."""
+        folder = self.target.parent
+        return WriteError(f"output = {self.path}: could not be written ({why.strerror}){remedy(why, folder, needs)}")
 
 
 @contextmanager
@@ -106,13 +104,9 @@ def whole(output: Output | AnyPath, takes: str = "") -> Iterator[Path]:
     """Where to write a file that bears its name only when all of it is on the disk; takes: see `Output.failed`."""
     with _held(output) as own:
         partial = own.partial()
-        try:
+        with _whole_or_nothing(own, partial, takes):
             yield partial
             own.settle(partial)
-        except OSError as error:
-            raise own.failed(error, takes) from error
-        finally:
-            discard(partial)
 
 
 def write(dataset: xr.Dataset, output: Output | AnyPath) -> None:
@@ -120,11 +114,23 @@ def write(dataset: xr.Dataset, output: Output | AnyPath) -> None:
 
     What a process leaves that is killed on the way is removed when the file is written again.
     """
-    with whole(output, f"it takes up to {dataset.nbytes / 1e6:.1f} MB, and ") as partial, NETCDF:
-        try:
-            dataset.to_netcdf(partial, mode="w", format="NETCDF4", engine="netcdf4")
-        except RuntimeError as error:  # netCDF4's word for a full disk
-            raise OSError(str(error)) from error
+    with whole(output, f"it takes up to {size(dataset.nbytes)}, and ") as partial, NETCDF:
+        dataset.to_netcdf(partial, mode="w", format="NETCDF4", engine="netcdf4")
+
+
+@contextmanager
+def _whole_or_nothing(output: Output, partial: Path, needs: str = "") -> Iterator[None]:
+    """While a file is written; a WriteError where the system refuses, and nothing of the file is left."""
+    try:
+        yield
+    except WriteError:
+        raise
+    except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError for a full disk
+        why = refusal(error, partial)
+        discard(partial)
+        raise output.failed(why, needs) from error
+    finally:
+        discard(partial)
 
 
 @contextmanager
@@ -137,7 +143,7 @@ def _held(output: Output | AnyPath) -> Iterator[Output]:
         try:
             own = stack.enter_context(owned(output))
         except OSError as error:
-            raise Output(output).failed(error) from error
+            raise error if isinstance(error, WriteError) else Output(output).failed(error) from error
         yield own
 
 
@@ -146,11 +152,36 @@ def folder_of(target: Path) -> Path:
     return target.with_name(f"{target.name}.runs")
 
 
-def room(folder: Path) -> str:
-    """How much of it is free."""
+def size(count: float) -> str:
+    """So many bytes, for people."""
+    return f"{count / 1e6:,.1f} MB"
+
+
+def remedy(why: OSError, folder: Path, needs: str = "", then: str = ", or choose another folder") -> str:
+    """What is said behind the reason for which a file could not be written to a folder; then: what follows its
+    mending."""
+    if why.errno == errno.EFBIG:
+        return f": a file may not be so large; raise the limit of their sizes (ulimit -f){then}"
+    if why.errno not in FULL:
+        return f"; see to {folder}{then}"
     with suppress(OSError):
-        return f"{shutil.disk_usage(folder).free / 1e6:.1f} MB"
-    return "nothing"
+        free = size(shutil.disk_usage(folder).free)
+        has = f"{needs}{folder} has {free} free" if needs else f"it takes more than the {free} that {folder} has free"
+        return f": {has}; make room there{then}"
+    return f"; make room in {folder}{then}"
+
+
+def refusal(error: OSError | RuntimeError, partial: Path) -> OSError:
+    """Why the system did not take more of a file. It is asked again: libraries hide the reason, or give another."""
+    try:
+        with partial.open("ab", buffering=0) as file:
+            for _ in range(PROBES):
+                file.write(bytes(PROBE_BYTES))
+    except OSError as refused:
+        return refused
+    if isinstance(error, OSError) and error.strerror:
+        return error
+    return OSError(errno.EIO, next(iter(str(error).splitlines()), type(error).__name__))
 
 
 def discard(partial: Path) -> None:

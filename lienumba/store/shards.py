@@ -22,7 +22,7 @@ import numpy as np
 from lienumba.errors import ScenarioError
 from lienumba.store.deflate import checksum
 from lienumba.store.layout import LABEL as LABEL
-from lienumba.store.outputs import LostError, Output, WriteError, folder_of, room, stamp_of, to_disk
+from lienumba.store.outputs import LostError, Output, WriteError, folder_of, remedy, stamp_of, to_disk
 from lienumba.sweep.design import NOMINAL_RUN
 
 if TYPE_CHECKING:
@@ -164,11 +164,9 @@ class Shards:
                 others = [x for x in self.tables.get(table, []) if x.path != shard.path]  # one may have been replaced
                 self.tables[table] = [*others, shard]
         except OSError as error:
-            parent = self.folder.parent
-            raise WriteError(
-                f"{self.named}: could not be written ({error.strerror}): {parent} has {room(parent)} free; make room "
-                "there and go on with --resume, which needs what is in this folder"
-            ) from error
+            then = " and go on with --resume, which needs what is in this folder"
+            told = remedy(error, self.folder.parent, then=then)
+            raise WriteError(f"{self.named}: could not be written ({error.strerror}){told}") from error
         self.pending, self.bytes, self.since = {}, 0, time.monotonic()
 
     def sources(self, table: str) -> list[Shard | InMemory]:

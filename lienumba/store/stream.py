@@ -14,7 +14,7 @@ import numpy as np
 from lienumba.store.columns import Column, Columns
 from lienumba.store.layout import FULL, RUN
 from lienumba.store.opening import NETCDF
-from lienumba.store.outputs import Output, discard
+from lienumba.store.outputs import Output, WriteError, discard, refusal
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -123,9 +123,13 @@ class Stream:
         try:
             with NETCDF:
                 yield
-        except (OSError, RuntimeError) as error:  # some of HDF5's errors are RuntimeErrors
+        except WriteError:
             self.discard()
-            raise self.output.failed(error) from error
+            raise
+        except (OSError, RuntimeError) as error:  # some of HDF5's errors are RuntimeErrors
+            why = refusal(error, self.partial)
+            self.discard()
+            raise self.output.failed(why) from error
 
 
 def _names(records: Records) -> Iterable[str]:

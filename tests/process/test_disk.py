@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
 import lienumba
 from lienumba.store import shards
 from lienumba.store.outputs import WriteError
+from tests.facade import app
 from tests.rigs.disturbed import assert_same_data, sweep
 from tests.rigs.places import ROOT
 
@@ -56,7 +58,7 @@ def test_a_full_disk(left: int, small_disk: Path) -> None:
     fill(small_disk, left)
     with pytest.raises(WriteError) as told:
         lienumba.run(data(), workers=2, output=target)
-    assert "could not be written" in str(told.value)
+    assert "could not be written (No space left on device): it takes more than the 0." in str(told.value)
     assert "make room" in str(told.value)
     assert not target.exists()
     assert list(small_disk.glob("out.nc.*.partial")) == []
@@ -89,4 +91,23 @@ except lienumba.store.outputs.WriteError as error:
     print(error)
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert "could not be written" in done.stdout, done.stderr
+    assert "could not be written (File too large): " in done.stdout, done.stderr
+    assert "ulimit -f" in done.stdout
+    assert "room" not in done.stdout
+
+
+@pytest.mark.parametrize("command", ["merge", "report", "table", "replay"])
+def test_commands_name_the_reason_and_the_room(command: str, small_disk: Path, tmp_path: Path) -> None:
+    """None shows what the library of the files says of itself."""
+    source = tmp_path / "out.nc"
+    lienumba.run(sweep(20, every=0.01), output=source)
+    more = {"merge": [], "replay": ["--run", "3"]}.get(command, [])
+    fill(small_disk, 0)
+    target = small_disk / {"report": "out.html", "table": "out.csv"}.get(command, "out.nc")
+    done = CliRunner().invoke(app, [command, str(source), *more, "--output", str(target)])
+    (told,) = (line for line in done.output.splitlines() if line.startswith("error: "))
+    assert done.exit_code == 1
+    assert f"output = {target}: could not be written (No space left on device): it takes " in told
+    assert f"{small_disk} has 0.0 MB free" in told or f"0.0 MB that {small_disk} has free" in told
+    assert told.endswith("make room there, or choose another folder")
+    assert "HDF" not in told

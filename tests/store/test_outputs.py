@@ -59,21 +59,21 @@ FULL_DISK = """
 """
 
 
-def check_full_disk(folder, limit):
+def check_full_disk(folder, limit, reason):
     process = python(FULL_DISK, folder, limit)
     out, err = process.communicate()
     assert process.returncode == 0, err
     lines = out.splitlines()
     assert len(lines) == 3
-    assert all(f"output = {folder}/out.nc: could not be written" in line and "make room" in line for line in lines)
+    assert all(line.startswith(f"output = {folder}/out.nc: could not be written ({reason}): ") for line in lines)
 
 
 def test_a_file_size_limit_leaves_the_old_file(tmp_path):
-    check_full_disk(tmp_path, 1_000_000)
+    check_full_disk(tmp_path, 1_000_000, "File too large")
 
 
 def test_a_full_disk_leaves_the_old_file(small_disk):
-    check_full_disk(small_disk, 0)
+    check_full_disk(small_disk, 0, "No space left on device")
 
 
 WRITE_FOR_EVER = """
