@@ -21,19 +21,20 @@ NOT_CLOSED, CHATTERING, PARADOX, UNSOLVED, UNSETTLED, UNDEFINED, NO_EQUILIBRIUM,
 )
 GOOD = (SUCCESS, STOPPED)
 
+IMPLICIT = "an implicit method (radau5) where a force is stiff"
+
 STATUSES = (
     Status(SUCCESS, "success", "finished"),
     Status(
         NON_FINITE,
         "non_finite",
-        "the state became infinite or undefined; try a smaller step, or an implicit method (radau5) where a force is "
-        "stiff",
+        f"the state became infinite or undefined; try a smaller step, or {IMPLICIT}",
     ),
     Status(
         NOT_CONVERGED,
         "projection_not_converged",
-        "the projection did not reach its tolerance; try a smaller step, or see whether a driver wants more than the "
-        "mechanism can reach",
+        f"the projection did not reach its tolerance; try a smaller step, or {IMPLICIT}, or see whether a driver wants "
+        "more than the mechanism can reach",
     ),
     Status(
         SINGULAR,
@@ -46,8 +47,7 @@ STATUSES = (
         "rotation_too_large",
         "a body turned too far in one step: by nearly a full turn, by a quarter of one where the angle of a joint is "
         "counted, or by 1 rad where a contact turns with it, or its angles did in a gimbal lock; try a smaller step, "
-        "an implicit method (radau5) where a force is stiff, or other coordinates, or see whether a driver wants more "
-        "than the mechanism can reach",
+        f"{IMPLICIT}, or other coordinates, or see whether a driver wants more than the mechanism can reach",
     ),
     Status(
         NOT_ASSEMBLED,
@@ -64,7 +64,7 @@ STATUSES = (
         STEP_TOO_SHORT,
         "step_too_short",
         "the tolerance asks for a step below the shortest, or for 100,000 within a thousandth of the run; give a "
-        "larger tolerance or a smaller integrator.min_step, or see whether a force jumps or is stiff, or a disc falls "
+        f"larger tolerance or a smaller integrator.min_step, {IMPLICIT}, or see whether a force jumps, or a disc falls "
         "flat on a plane: one that is to lie there needs points on its edge",
     ),
     Status(STOPPED, "stopped_by_event", "ended by an event, as asked for"),

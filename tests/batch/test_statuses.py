@@ -5,10 +5,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+import lienumba
 from lienumba.batch import statuses
 from lienumba.integrators import codes
 from lienumba.integrators.tracing import step_kernels
 from tests.facade import ScenarioError
+from tests.integrators.methods.test_radau import bars
 from tests.rigs.sweeps import a_rod, edit_samples, loop, run, top, two_rods
 
 pytestmark = pytest.mark.usefixtures("step")
@@ -49,6 +51,17 @@ def check_failed(dataset: Any, label: int, code: int, *, last_good_step: int, st
     assert (others["end_time"] == float(dataset["time"][-1])).all()
     for name in STATE:
         assert np.isfinite(others[name]).all(), name
+
+
+@pytest.mark.parametrize("method", ["rk4", "dop853"])
+def test_stiffness_is_named_where_it_ends_runs(method: str) -> None:
+    ways = {"integrator.method": method, "integrator.step": 0.01, "output.every": 0.32}
+    code = int(lienumba.run(bars(1e7, 100.0), overrides=ways).status[0])
+    (status,) = (x for x in statuses.STATUSES if x.code == code)
+    assert code == statuses.ROTATION
+    assert statuses.IMPLICIT in status.sentence
+    ended = (statuses.NON_FINITE, statuses.NOT_CONVERGED, statuses.STEP_TOO_SHORT)  # stiff mechanisms do so as well
+    assert all(statuses.IMPLICIT in x.sentence for x in statuses.STATUSES if x.code in ended)
 
 
 def test_the_drivers_codes_are_statuses() -> None:
