@@ -1,12 +1,17 @@
 """The tables of forces, quantities and events in the documents and the template name what the registries know."""
 
 import re
+from keyword import kwlist
 
 import pytest
 
 from lienumba.mechanics.elements.events import ACTIONS
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.quantities import NOISES, QUANTITIES
+from lienumba.numerics.functions import FUNCTIONS
+from lienumba.scenario.base.problems import GROUND
+from lienumba.scenario.formulas.parameters import RESERVED
+from lienumba.store.layout import COORDINATES, FAILED, VARIABLES
 from tests.documents.pages import ROOT
 
 TEMPLATE = (ROOT / "scenarios" / "template.toml").read_text(encoding="utf-8")
@@ -50,6 +55,17 @@ def test_the_template_has_every_quantity_and_its_keys(name: str) -> None:
     assert of_template(name)
     for key in QUANTITIES[name].model_fields:
         assert re.search(rf"^(?:#     )?{key} = ", TEMPLATE, flags=re.MULTILINE), key
+
+
+def test_the_table_of_reserved_names_has_every_one() -> None:
+    rows = {row[0]: row[1] for row in table("write_a_scenario.md", "| not the name of | reserved |")}
+    named = [set(re.findall(r"`(\w+)`", row)) for row in rows.values()]
+    assert named == [
+        {GROUND},
+        RESERVED - {*kwlist} | {"if"},
+        {*FUNCTIONS},
+        {*VARIABLES, *COORDINATES, FAILED},
+    ]
 
 
 def test_the_table_of_noises_has_every_type_and_its_keys() -> None:

@@ -27,6 +27,7 @@ from lienumba.store.layout import is_taken
 from lienumba.words import listed
 
 SINGULAR = {"bodies": "body", "joints": "joint", "drivers": "driver", "contacts": "contact", "limits": "limit"}
+LISTED = "docs/write_a_scenario.md lists those that are reserved"
 TIMED = ("value", "limit", "limits", "kp", "kd", "target", "rate", "feedforward")  # keys of inputs
 
 Lists = dict[str, list[Keys]]
@@ -88,7 +89,8 @@ def _check_name(place: str, name: object, lists: Lists, report: Report) -> None:
 def check_variable(place: str, name: object, report: Report) -> None:
     """The dataset has one variable of a name."""
     if is_taken(name):
-        report.add(f"{place}.name", "the dataset has a variable of this name already", "give another name", name)
+        rule, remedy = "the dataset has a variable of this name already", f"give another name; {LISTED}"
+        report.add(f"{place}.name", rule, remedy, name)
 
 
 def _check_references(at: str, value: object, named: list[str], refers: Refers, report: Report) -> None:

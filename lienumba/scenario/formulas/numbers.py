@@ -29,6 +29,7 @@ from lienumba.scenario.formulas.measure_formula import MeasureFormula
 from lienumba.scenario.formulas.measures import is_formula, measure
 from lienumba.scenario.formulas.parameters import (
     RESERVED,
+    RESERVED_NAMES,
     SMOOTH,
     TIME,
     Parameters,
@@ -139,11 +140,15 @@ def _taken_names(parameters: Parameters, model: object) -> list[Problem]:
             for kind in ("quantities", "noise")
         ),
     ):
-        reserved = RESERVED.union(FUNCTIONS) if what == "tables" else RESERVED
+        functions = FUNCTIONS if what == "tables" else ()
+        remedy = f"give another name; {RESERVED_NAMES}" + (", and the functions of formulas" if functions else "")
         for name in names:
-            if name in reserved or name in taken:
-                whose = "has a meaning in formulas already" if name in reserved else f"is the name of {taken[name]}"
-                problems.append(Problem(f"{what}.{name}", f"its name {whose}", "give another name"))
+            if name in RESERVED or name in functions:
+                problems.append(Problem(f"{what}.{name}", "its name has a meaning in formulas already", remedy))
+            elif name in taken:
+                problems.append(
+                    Problem(f"{what}.{name}", f"its name is the name of {taken[name]}", "give another name")
+                )
         taken |= dict.fromkeys(names, SINGULAR[what])
     return problems
 

@@ -30,6 +30,7 @@ from lienumba.words import listed
 TIME = "t"
 SMOOTH = "1 + 0*t"  # what stands for a formula of tables or quantities while numbers are checked: positive, and varies
 RESERVED = {TIME, INPUTS, *CONSTANTS, *kwlist}  # which are no names; those of functions are none of tables
+RESERVED_NAMES = f"reserved are {listed([TIME, INPUTS, *CONSTANTS, 'the keywords of Python'])}"
 
 
 @dataclass(frozen=True)
@@ -195,9 +196,10 @@ def section_of(section: Keys) -> tuple[dict[str, float], dict[str, Formula], lis
     every: dict[str, Any] = {}
     for name, value in section.items():
         if not re.fullmatch(NAME, name) or name in RESERVED:
-            reserved = "has a meaning in formulas already; give another" if name in RESERVED else "is no valid"
-            rule = f'{reserved} name: a letter, then letters, digits or "_"'
-            problems.append(Problem(f"parameters.{name}", rule))
+            rule, remedy = 'is no valid name: a letter, then letters, digits or "_"', ""
+            if name in RESERVED:
+                rule, remedy = "has a meaning in formulas already", f"give another name; {RESERVED_NAMES}"
+            problems.append(Problem(f"parameters.{name}", rule, remedy))
         elif isinstance(value, list) and value:
             every |= {f"{name}[{n}]": x for n, x in enumerate(value)}
         else:

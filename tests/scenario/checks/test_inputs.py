@@ -116,7 +116,8 @@ def test_a_driver_plays_nothing_that_jumps() -> None:
 def test_names_that_clash() -> None:
     named = at_hinge("inputs.a").input("a", 1)
     assert said(named.parameter("inputs", 3)) == (
-        'parameters.inputs: has a meaning in formulas already; give another name: a letter, then letters, digits or "_"'
+        "parameters.inputs: has a meaning in formulas already; give another name; reserved are t, inputs, pi, deg, rpm "
+        "and the keywords of Python"
     )
     named = at_hinge("inputs.a").input("a", 1).quantity("inputs", "joint", joint="hinge")
     assert "quantities.inputs: its name has a meaning in formulas already" in said(named)
@@ -125,7 +126,7 @@ def test_names_that_clash() -> None:
 def test_paths_that_lead_nowhere() -> None:
     named = at_hinge("inputs.a").input("a", 1)
     assert said(named, **{"inputs.b": 2}) == (
-        '--set inputs.b=2: the path inputs.b is no input of the scenario; known here are "a"'
+        '{"inputs.b": 2}: the path inputs.b is no input of the scenario; known here are "a"'
     )
     assert "too deep" in said(named, **{"inputs.a.kp": 2})
     vary = {"sweep.runs": 2, "sweep.vary": {"inputs.b": {"distribution": "normal", "std": 1}}}

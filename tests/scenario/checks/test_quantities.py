@@ -27,7 +27,8 @@ QUANTITIES = {
     **{
         f"the name {name}": (
             rig(point(name=name)),
-            f'quantities.{name}.name = "{name}": the dataset has a variable of this name already; give another name',
+            f'quantities.{name}.name = "{name}": the dataset has a variable of this name already; give another name; '
+            "docs/write_a_scenario.md lists those that are reserved",
         )
         for name in ("position", "energy_residual", "status", "time", "axis", "failed")
     },
