@@ -115,7 +115,10 @@ def write(dataset: xr.Dataset, output: Output | AnyPath) -> None:
     What a process leaves that is killed on the way is removed when the file is written again.
     """
     with whole(output, f"it takes up to {size(dataset.nbytes)}, and ") as partial, NETCDF:
-        dataset.to_netcdf(partial, mode="w", format="NETCDF4", engine="netcdf4")
+        try:
+            dataset.to_netcdf(partial, mode="w", format="NETCDF4", engine="netcdf4")
+        except RuntimeError as error:  # netCDF4's word for a full disk
+            raise OSError(str(error)) from error
 
 
 @contextmanager
@@ -125,7 +128,7 @@ def _whole_or_nothing(output: Output, partial: Path, needs: str = "") -> Iterato
         yield
     except WriteError:
         raise
-    except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError for a full disk
+    except OSError as error:
         why = refusal(error, partial)
         discard(partial)
         raise output.failed(why, needs) from error

@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 import lienumba
 from tests.facade import app
+from tests.integrators.methods.test_radau import bars
 
 STIFF = 'the scenario is stiff (strong springs, dampers or gains): try method = "radau5"'
 
@@ -38,6 +39,15 @@ def test_a_relay_is_told_of_with_an_implicit_method() -> None:
     said = lienumba.run({"model": model, "integrator": integrator}).attrs["short_steps"]
     assert "a force jumps back and forth" in said
     assert "stiff" not in said
+
+
+def test_a_tolerance_below_rounding_is_told_of() -> None:
+    """A bushing of 1e12 N/m: positions of 1 m are rounded by 2e-16 m, and that over a step is a velocity."""
+    ways = {"integrator.step": None, "integrator.tolerance": 1e-11, "integrator.end_time": 8e-3, "output.every": 8e-3}
+    said = lienumba.run(bars(1e12, 1e4), overrides=ways).attrs["short_steps"]
+    assert "the estimated errors are rounding" in said
+    assert "and the tolerance allows 2e-11 m/s, which no shorter step reaches; give a larger integrator.tol" in said
+    assert "jumps" not in said
 
 
 @pytest.mark.parametrize(
