@@ -1,6 +1,7 @@
 """Words of messages: the nearest known name, values as TOML writes them."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,7 @@ SIMILAR, ALIKE, VERY_SIMILAR = 0.5, 0.6, 0.8  # of two words, as difflib measure
 MOST_NEAR, AS_LIKE = 3, 0.1  # names that are like a word, and how much less like it they are than the first
 MOST_KNOWN = 30  # names of a list
 LINE = 80  # characters of a value in a message
+_terminal = False  # whether options of messages are those of the command line
 
 
 def alias(word: str, known: Iterable[str]) -> str | None:
@@ -162,6 +164,34 @@ def _joined(items: Iterable[str], depth: int) -> str:
         if length > LINE:
             break
     return ", ".join(found)
+
+
+@contextmanager
+def to_terminal() -> Iterator[None]:
+    """While whoever reads messages has given options on the command line."""
+    global _terminal
+    before, _terminal = _terminal, True
+    try:
+        yield
+    finally:
+        _terminal = before
+
+
+def option(name: str, value: object = None) -> str:
+    """An option as whoever reads a message gives it: on the command line, or as an argument in Python.
+
+    value: of one that is no switch; a word that stands for it is `Written`.
+    """
+    if _terminal:
+        return f"--{name.replace('_', '-')}" + ("" if value is None else f" {printable(str(value))}")
+    return f"{name}={'True' if value is None else show(value)}"
+
+
+def settings(path: str = "", value: str = "") -> str:
+    """A new value of a scenario as whoever reads a message gives it; without a path: how new values are given."""
+    if not path:
+        return "--set" if _terminal else "overrides"
+    return f"--set {path}={value}" if _terminal else f'{{"{path}": {value}}}'
 
 
 def plural(number: int, one: str, many: str) -> str:

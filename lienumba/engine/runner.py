@@ -18,7 +18,7 @@ from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.start.never import warnings_of
 from lienumba.scenario.start.prepare import Nominal, check_initial, design, prepare
 from lienumba.store.outputs import TakenError, WriteError
-from lienumba.words import plural
+from lienumba.words import option, plural
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -274,7 +274,7 @@ def _kept(shards: "Shards", total: int) -> Iterator[None]:
             raise Interrupted("interrupted: no dataset was written") from None
         if not kept:
             raise
-        there = f"{kept} of {total} runs are kept in {shards.named}; go on with --resume (in Python: resume=True)"
+        there = f"{kept} of {total} runs are kept in {shards.named}; go on with {option('resume')}"
         if isinstance(error, KeyboardInterrupt):
             raise Interrupted(f"interrupted: {there}") from None
         kind = ClusterError if isinstance(error, ClusterError) else MemoryError

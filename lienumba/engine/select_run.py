@@ -13,7 +13,7 @@ from lienumba.errors import ScenarioError
 from lienumba.store.layout import FULL, MARGIN, MET
 from lienumba.store.names import OUTCOME, SOME, SUMMARY, Name, Names, by_variable, dims_of, hint, known, match, names_of
 from lienumba.store.windows import windows
-from lienumba.words import listed, plural, show
+from lienumba.words import Written, listed, option, plural, settings, show
 
 PEAKS, WHEN = ("_max", "_min"), "_time_of_max"
 FEW = 4  # names that are told
@@ -41,7 +41,7 @@ class Peak:
 def select_run(ds: "xr.Dataset", where: str, run: int | None, name: str | None) -> SelectedRun:
     """The run that is asked for: by its label, or as the worst in a variable."""
     if run is not None and name is not None:
-        raise ScenarioError("--run names a run, and --worst chooses one; give one of them")
+        raise ScenarioError(f"{_label()} names a run, and {_name()} chooses one; give one of them")
     if run is not None:
         check_run(ds, where, run)
         return SelectedRun(run)
@@ -50,9 +50,9 @@ def select_run(ds: "xr.Dataset", where: str, run: int | None, name: str | None) 
         check_run(ds, where, int(labels[0]))
         return worst(ds, name)
     failed = labels[~ds["status"].isin(GOOD).values.reshape(len(labels), -1).all(axis=1)]
-    first = f"{len(failed):,} of {len(labels):,} failed, the first is --run {failed[0]}" if len(failed) else ""
+    first = f"{len(failed):,} of {len(labels):,} failed, the first is {option('run', failed[0])}" if len(failed) else ""
     raise ScenarioError(
-        f"{where}: which run? Give --run N, or --worst NAME, such as --worst max_energy_drift"
+        f"{where}: which run? Give {_label()}, or {_name()}, such as {option('worst', 'max_energy_drift')}"
         + (f"; {first}" if first else "")
     )
 
@@ -68,7 +68,7 @@ def check_run(ds: "xr.Dataset", where: str, run: int) -> None:
     if is_study(ds):
         raise ScenarioError(
             f"{where}: is of a study, which has many settings for each run; run the scenario with those of the point "
-            "(--set) and without [study], and replay a run of that"
+            f"({settings()}) and without [study], and replay a run of that"
         )
     labels = ds["run"].values
     if run not in labels:
@@ -76,6 +76,14 @@ def check_run(ds: "xr.Dataset", where: str, run: int) -> None:
             f"{where}: has no run {run}, but {len(labels):,} with labels from {labels.min()} to {labels.max()}; give "
             "one of them"
         )
+
+
+def _label() -> str:
+    return option("run", Written("N"))
+
+
+def _name() -> str:
+    return option("worst", Written("NAME"))
 
 
 def worst(ds: "xr.Dataset", name: str) -> SelectedRun:
@@ -88,7 +96,9 @@ def worst(ds: "xr.Dataset", name: str) -> SelectedRun:
     names = _where(name, found, every)
     peak = max((found for own in by_variable(names).values() for found in _peaks(ds, own)), key=lambda x: x.size)
     if peak.size < 0.0:
-        raise ScenarioError(f"--worst {name}: no run has a value of it; choose another variable, or a run with --run")
+        raise ScenarioError(
+            f"{option('worst', name)}: no run has a value of it; choose another variable, or a run with {_label()}"
+        )
     dim = str(ds[names[0].variable].dims[0])
     time = _time(ds, peak)
     rest = [str(label) for key, label in peak.place.items() if key not in (dim, "time")]
@@ -111,7 +121,7 @@ def _judges(asked: str, found: list[Name], every: Names) -> list[int]:
     if found and found[0].variable in (MARGIN, MET):
         if len(found) > 1:
             remedy = f"give one, such as {found[0].name}"
-            raise ScenarioError(f"--worst {asked}: is of {len(found)} requirements; {remedy}")
+            raise ScenarioError(f"{option('worst', asked)}: is of {len(found)} requirements; {remedy}")
         return [*found[0].place]
     if len(found) != 1:
         return []
@@ -122,7 +132,7 @@ def _missing(ds: "xr.Dataset", judges: list[int], name: str) -> SelectedRun:
     """The run with the least margin of these requirements, which are about the same number."""
     margins = ds[MARGIN].isel(requirement=judges).values.astype(float)
     if np.isnan(margins).all():
-        raise ScenarioError(f"--worst {show(name)}: no run has a margin of it; choose a run with --run")
+        raise ScenarioError(f"{option('worst', name)}: no run has a margin of it; choose a run with {_label()}")
     row, column = np.unravel_index(int(np.nanargmin(margins)), margins.shape)
     least, run, which = float(margins[row, column]), int(ds["run"].values[row]), judges[int(column)]
     (units,) = (x.units for x in names_of(ds[MARGIN]) if x.place == (which,))
@@ -142,15 +152,17 @@ def _where(asked: str, found: list[Name], every: Names) -> list[Name]:
     """Where the largest value of what is asked for is: its course in every run, its extremes, or its course in some
     runs."""
     if found and found[0].kind == OUTCOME:
-        raise ScenarioError(f"--worst {asked}: says how a run ended, not how large something is; choose with --run")
+        raise ScenarioError(
+            f"{option('worst', asked)}: says how a run ended, not how large something is; choose with {_label()}"
+        )
     extremes = {end: match(asked, _extremes(every, end)) for end in PEAKS if not found or found[0].kind == SOME}
     names = [x for own in extremes.values() for x in own] or found
     if not names:
-        raise ScenarioError(f"--worst {show(asked)}: {every.whose} has no such variable; {hint(asked, every)}")
+        raise ScenarioError(f"{option('worst', asked)}: {every.whose} has no such variable; {hint(asked, every)}")
     of = {x.variable.removesuffix(end) for end, own in extremes.items() for x in own} or {x.variable for x in found}
     if len(of) > 1:
         told = listed((show(x) for x in sorted(of)[:FEW]), "or")
-        raise ScenarioError(f"--worst {show(asked)}: is of {len(of)} things that cannot be compared; give {told}")
+        raise ScenarioError(f"{option('worst', asked)}: is of {len(of)} things that cannot be compared; give {told}")
     return names
 
 

@@ -17,6 +17,7 @@ from lienumba.figures.playing import FPS, film
 from lienumba.scenario.base.arguments import parse_ranges
 from lienumba.store.outputs import Output, whole
 from lienumba.store.targets import claimed
+from lienumba.words import Written, option
 
 if TYPE_CHECKING:
     from lienumba.scene import Scene
@@ -32,18 +33,19 @@ def runs_of(text: str | None, worst: str | None) -> list[int]:
     if text is None:
         return []
     if worst is not None:
-        raise ScenarioError("--run names runs, and --worst chooses one; give one of them")
-    ranges = parse_ranges(text, f"--run {text}")
+        named, chosen = option("run", Written("N")), option("worst", Written("NAME"))
+        raise ScenarioError(f"{named} names runs, and {chosen} chooses one; give one of them")
+    ranges = parse_ranges(text, option("run", text))
     if sum(map(len, ranges)) > MOST_RUNS:
-        raise ScenarioError(f"--run {text}: names more runs than can be told apart; give at most {MOST_RUNS}")
+        raise ScenarioError(f"{option('run', text)}: names more runs than can be told apart; give at most {MOST_RUNS}")
     return list(dict.fromkeys(label for part in ranges for label in part))
 
 
 def one_run(labels: list[int], worst: str | None) -> int | None:
     """The run whose mode is asked for, if it is named."""
     if worst is not None or len(labels) > 1:
-        given = f"--worst {worst}" if worst is not None else f"--run {','.join(map(str, labels))}"
-        raise ScenarioError(f"{given}: a mode is that of one run; give one label with --run")
+        given = option("worst", worst) if worst is not None else option("run", ",".join(map(str, labels)))
+        raise ScenarioError(f"{given}: a mode is that of one run; give one label with {option('run', Written('N'))}")
     return labels[0] if labels else None
 
 

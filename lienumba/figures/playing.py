@@ -10,6 +10,7 @@ import numpy as np
 from lienumba.errors import ScenarioError
 from lienumba.groups import so3
 from lienumba.scene import MovingRun
+from lienumba.words import Written, option
 
 SHORTEST, LONGEST = 4.0, 8.0  # s, unless a duration is asked for
 MOST_FRAMES = 3000
@@ -31,11 +32,12 @@ def film(runs: Sequence[MovingRun], fps: int, duration: float | None) -> Film:
     seconds = min(max(end, SHORTEST), LONGEST) if duration is None else duration
     if not 1 <= fps <= MOST_FPS:
         raise ScenarioError(
-            f"--fps {fps}: is not between 1 and {MOST_FPS} frames per second; give a number such as {FPS}"
+            f"{option('fps', fps)}: is not between 1 and {MOST_FPS} frames per second; give a number such as {FPS}"
         )
     if not 1.0 <= seconds * fps < MOST_FRAMES:
+        given = option("duration", Written(f"{seconds:g}"))
         raise ScenarioError(
-            f"--duration {seconds:g}: is not between {1 / fps:g} and {MOST_FRAMES / fps:g} s, which is what "
+            f"{given}: is not between {1 / fps:g} and {MOST_FRAMES / fps:g} s, which is what "
             f"{MOST_FRAMES:,} frames at {fps} per second take; give a number such as {LONGEST:g}"
         )
     frames = round(seconds * fps) + 1

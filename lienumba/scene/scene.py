@@ -21,6 +21,7 @@ from lienumba.scene.solids import Solid
 from lienumba.scene.switching import Switching, switching
 from lienumba.store.form import check_form
 from lienumba.store.study_layout import is_study
+from lienumba.words import settings
 
 if TYPE_CHECKING:
     from lienumba.engine.simulate import Tell
@@ -170,7 +171,7 @@ def scene(
     if is_study(ds):
         raise ScenarioError(
             f"{where}: is of a study, which has many settings for each run; run the scenario with those of the point "
-            "(--set) and without [study], and look at that"
+            f"({settings()}) and without [study], and look at that"
         )
     scenario = scenario_of(ds, where)
     found = shown_runs(ds, scenario, where, count, runs=runs, name=worst)

@@ -24,6 +24,7 @@ from lienumba.store.deflate import checksum
 from lienumba.store.layout import LABEL as LABEL
 from lienumba.store.outputs import LostError, Output, WriteError, folder_of, remedy, stamp_of, to_disk
 from lienumba.sweep.design import NOMINAL_RUN
+from lienumba.words import option
 
 if TYPE_CHECKING:
     from lienumba.store.stream import Source
@@ -63,7 +64,7 @@ class Shard:
         except (OSError, ValueError):
             raise LostError(
                 f"{self.path}: has been removed or changed while the sweep was running; its runs are lost, others are "
-                "not: go on with --resume, which simulates them again"
+                f"not: go on with {option('resume')}, which simulates them again"
             ) from None
 
 
@@ -106,7 +107,8 @@ class Shards:
                 raise ValueError("it does not say of which sweep it is")
         except (OSError, ValueError, RecursionError) as error:
             raise ScenarioError(
-                f"{self.named / MANIFEST} cannot be read ({error}); remove the folder, or start again with --overwrite"
+                f"{self.named / MANIFEST} cannot be read ({error}); remove the folder, or start again with "
+                f"{option('overwrite')}"
             ) from None
         self.manifest, self._begun = manifest, True
         return manifest
@@ -164,7 +166,7 @@ class Shards:
                 others = [x for x in self.tables.get(table, []) if x.path != shard.path]  # one may have been replaced
                 self.tables[table] = [*others, shard]
         except OSError as error:
-            then = " and go on with --resume, which needs what is in this folder"
+            then = f" and go on with {option('resume')}, which needs what is in this folder"
             told = remedy(error, self.folder.parent, then=then)
             raise WriteError(f"{self.named}: could not be written ({error.strerror}){told}") from error
         self.pending, self.bytes, self.since = {}, 0, time.monotonic()

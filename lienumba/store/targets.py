@@ -10,10 +10,9 @@ from pathlib import Path
 from lienumba.errors import ScenarioError
 from lienumba.store.opening import check_at_hand
 from lienumba.store.outputs import AnyPath, Output, folder_of, owned
-from lienumba.words import listed, printable
+from lienumba.words import listed, option, printable
 
 CHOOSE = "choose another name"
-REPLACE = f"{CHOOSE}, or replace it with --overwrite"
 DATASET_STARTS = (b"\x89HDF", b"CDF")
 OF_OTHERS = {  # endings of what other commands write
     ".csv": "table", ".parquet": "table", ".mat": "table", ".png": "plot", ".svg": "plot", ".pdf": "plot",
@@ -69,11 +68,11 @@ def claimed(
     endings: Sequence[str] = (),
     overwrite: bool = True,
     replaceable: Sequence[bytes] = (),
-    remedy: str = REPLACE,
+    remedy: str = "",
 ) -> Iterator[Output]:
     """Own a file that is to be `what`, from now on; a ScenarioError as `check_target`, and where another owns it.
-    remedy: where the file exists and must not be replaced."""
-    existing = "" if overwrite else remedy
+    remedy: where the file exists and must not be replaced; another name or `overwrite` by default."""
+    existing = "" if overwrite else remedy or f"{CHOOSE}, or replace it with {option('overwrite')}"
     check_target(path, what, endings, existing, replaceable)
     with ExitStack() as stack:
         try:  # asking for permissions is not enough: root has them all, on a read-only disk too
@@ -91,14 +90,16 @@ def claimed(
 def claimed_dataset(path: AnyPath, overwrite: bool, resume: bool = False, resumable: bool = True) -> Iterator[Output]:
     """Own a dataset that is to be written, from now on; resumable: whether runs can be added."""
     if overwrite and resume:
-        raise ScenarioError("--resume goes on with what is there, and --overwrite starts again; give one of them")
+        raise ScenarioError(
+            f"{option('resume')} goes on with what is there, and {option('overwrite')} starts again; give one of them"
+        )
     ending = Path(path).suffix.lower() if isinstance(path, str | os.PathLike) else ""
     if ending in OF_OTHERS and not Path(path).is_file():
         rule = f"is no dataset, but what lienumba {OF_OTHERS[ending]} writes"
         raise ScenarioError(f"output = {printable(str(path))}: {rule}; give a name that ends in .nc")
-    remedy = f"{CHOOSE}, replace it with --overwrite, or add runs to it with --resume" if resumable else REPLACE
+    more = f"{CHOOSE}, replace it with {option('overwrite')}, or add runs to it with {option('resume')}"
     check_at_hand(f"output = {path}")
-    with claimed(path, "dataset", (), overwrite or resume, DATASET_STARTS, remedy) as output:
+    with claimed(path, "dataset", (), overwrite or resume, DATASET_STARTS, more if resumable else "") as output:
         _check_folder(output, overwrite or resume)
         yield output
 
@@ -116,8 +117,8 @@ def _check_folder(output: Output, replaceable: bool) -> None:
         ) from None
     if left:
         raise ScenarioError(
-            f"output = {output.path}: an interrupted sweep has left its runs in {named}; go on with --resume, or start "
-            "again with --overwrite"
+            f"output = {output.path}: an interrupted sweep has left its runs in {named}; go on with "
+            f"{option('resume')}, or start again with {option('overwrite')}"
         )
 
 

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from lienumba.errors import ScenarioError
 from lienumba.sweep.distributions.base import Finite
+from lienumba.words import Written, option
 
 
 class SampleTable(BaseModel):
@@ -43,6 +44,7 @@ class SampleTable(BaseModel):
             raise ScenarioError.at(
                 "sweep.table",
                 f"has no row for run {lacking[0]}",
-                ("run those that it has (--runs), or leave out its column run, so that its rows are runs 0, 1, 2 ..."),
+                f"run those that it has ({option('runs', Written('...'))}), or leave out its column run, so that its "
+                "rows are runs 0, 1, 2 ...",
             )
         return places

@@ -74,7 +74,7 @@ def test_modes_of_scenarios_and_datasets_as_pictures_and_pages(tmp_path: Path) -
     library.modes(mounts, overrides={"sweep.runs": 3}).to_netcdf(data)
     assert "mode 2: " in lienumba("animate", str(data), "--mode", "2", "--run", "1", *film).stdout
     several = lienumba("animate", str(data), "--run", "0,1", *film).stderr
-    assert several == "error: --run 0,1: a mode is that of one run; give one label with --run\n"
+    assert several == "error: --run 0,1: a mode is that of one run; give one label with --run N\n"
     assert drawn.read_bytes().startswith(b"\x89PNG")
     assert lienumba("report", str(data), "-o", str(page)).exit_code == 0
     assert "Modes at t = 0 s" in page.read_text(encoding="utf-8")

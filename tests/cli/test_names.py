@@ -188,9 +188,9 @@ def test_the_worst_run_of_a_requirement_has_the_least_margin(files: dict[str, Pa
 def test_what_cannot_be_compared_is_told(files: dict[str, Path]) -> None:
     ds = xr.load_dataset(files["full"])
     for name, said in {
-        "swing": '--worst "swing": is of 5 things that cannot be compared; give "swing.angle", ',
-        MARGIN: f"--worst {MARGIN}: is of 3 requirements; give one, such as {MARGIN}.stays slow",
-        "failed": "--worst failed: says how a run ended, not how large something is; choose with --run",
+        "swing": 'worst="swing": is of 5 things that cannot be compared; give "swing.angle", ',
+        MARGIN: f'worst="{MARGIN}": is of 3 requirements; give one, such as {MARGIN}.stays slow',
+        "failed": 'worst="failed": says how a run ended, not how large something is; choose with run=N',
     }.items():
         with pytest.raises(ScenarioError) as refused:
             worst(ds, name)

@@ -73,11 +73,11 @@ def test_which_run(failed: Path) -> None:
     for options, said in (
         ((), f"{failed}: which run? Give --run N, or --worst NAME, such as --worst max_energy_drift; 2 of 11 failed, "
              "the first is --run 3"),
-        (("--run", 1, "--worst", "energy"), "--run names a run, and --worst chooses one; give one of them"),
+        (("--run", 1, "--worst", "energy"), "--run N names a run, and --worst NAME chooses one; give one of them"),
         (("--run", 11), f"{failed}: has no run 11, but 11 with labels from 0 to 10; give one of them"),
-        (("--worst", "enrgy"), '--worst "enrgy": the dataset has no such variable; the nearest known name is "energy"'),
+        (("--worst", "enrgy"), '--worst enrgy: the dataset has no such variable; the nearest known name is "energy"'),
         (("--worst", "status"),
-         "--worst status: says how a run ended, not how large something is; choose with --run"),
+         "--worst status: says how a run ended, not how large something is; choose with --run N"),
     ):  # fmt: skip
         refused = command("replay", failed, *options)
         assert (refused.exit_code, refused.stderr) == (2, f"error: {said}\n")
@@ -109,7 +109,7 @@ def test_code_is_refused_unless_it_is_allowed(folder: Path) -> None:
     assert refused.exit_code == 2
     assert refused.stderr == (
         "error: sweep.nc: brings Python code, which a replay runs: arm.py; read it in the attribute `scenario`, and if "
-        "you trust it, give --allow-code (allow_code=True)\n"
+        "you trust it, give --allow-code\n"
     )
     assert not Path("executed").exists()
     assert not Path("sweep.run1.nc").exists()
@@ -198,5 +198,5 @@ def test_what_is_worst(size: int, monkeypatch: pytest.MonkeyPatch) -> None:
         assert found.sentence == said
         assert f"run {found.run} has" in said
     ds["energy"][:] = np.nan
-    with pytest.raises(lienumba.ScenarioError, match="--worst energy: no run has a value of it; choose another"):
+    with pytest.raises(lienumba.ScenarioError, match='worst="energy": no run has a value of it; choose another'):
         worst(ds, "energy")

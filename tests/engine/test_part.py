@@ -107,7 +107,7 @@ def test_a_gap_is_told_and_filled(folder: Path, tmp_path: Path) -> None:
     target = tmp_path / "all.nc"
     result = merged(folder / "part1.nc", folder / "part3.nc", "-o", target)
     assert result.exit_code == 0, result.output
-    assert "warning: 13 runs are missing of 40: 13:26; add them by lienumba run --resume, or " in result.stderr
+    assert "warning: 13 runs are missing of 40: 13:26; run them with --resume, or " in result.stderr
     with lienumba.run(top(), output=target, resume=True) as dataset:
         assert dataset["run"].values.tolist() == list(range(40))
     assert_same_content(target, folder / "whole.nc")

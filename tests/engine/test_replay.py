@@ -190,7 +190,7 @@ def test_what_cannot_be_replayed() -> None:
     with pytest.raises(ScenarioError, match=r"^out\.nc: has no runs of lienumba with their scenario; give what "):
         replayed(ds.drop_attrs(), 1)
     study = ds.assign_coords(step=("run", [1.0, 2.0, 3.0], {"role": "grid", "path": "integrator.step"}))
-    with pytest.raises(ScenarioError, match=r"^out\.nc: is of a study, .* \(--set\) and without \[study\]"):
+    with pytest.raises(ScenarioError, match=r"^out\.nc: is of a study, .* \(overrides\) and without \[study\]"):
         replayed(study, 1)
 
 

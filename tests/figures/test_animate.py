@@ -210,7 +210,7 @@ def test_what_cannot_be_animated(tmp_path, path, monkeypatch):
     assert said("--run", "x").startswith('error: --run x: "x" is not a run; ')
     assert said("--run", "0:9") == "error: --run 0:9: names more runs than can be told apart; give at most 7"
     assert said("--run", "1", "--worst", "position") == (
-        "error: --run names runs, and --worst chooses one; give one of them"
+        "error: --run N names runs, and --worst NAME chooses one; give one of them"
     )
     assert said("--fps", "70") == "error: --fps 70: is not between 1 and 50 frames per second; give a number such as 20"
     assert said("--duration", "900") == (

@@ -232,6 +232,5 @@ def test_a_parameter_that_is_not_there_cannot_be_set():
     with pytest.raises(lienumba.ScenarioError) as caught:
         lienumba.run(data, overrides={"parameters.Kp": 3.0})
     assert str(caught.value) == (
-        "--set parameters.Kp=3.0: the path parameters.Kp is no parameter of the scenario; "
-        'the nearest known name is "kp"'
+        '{"parameters.Kp": 3.0}: the path parameters.Kp is no parameter of the scenario; the nearest known name is "kp"'
     )

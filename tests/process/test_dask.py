@@ -117,7 +117,7 @@ def test_an_interrupt_keeps_what_is_done_and_the_rest_is_cancelled(
         if event.stage == "run" and event.done:
             raise KeyboardInterrupt
 
-    with pytest.raises(Interrupted, match=r"interrupted: \d+ of 1500 runs are kept in .*; go on with --resume"):
+    with pytest.raises(Interrupted, match=r"interrupted: \d+ of 1500 runs are kept in .*; go on with resume=True"):
         lienumba.run(long(), output=tmp_path / "top.nc", dask=cluster.address, progress=interrupt)
     with Client(cluster.address, set_as_default=False) as client:
         assert client.submit(len, "abc").result(timeout=30) == 3
@@ -152,7 +152,7 @@ def test_a_lost_scheduler_ends_the_sweep_which_goes_on_without_it(whole: xr.Data
     finally:
         own.close()
     assert f"the cluster {own.address} was lost" in str(lost.value)
-    assert "go on with --resume" in str(lost.value)
+    assert "go on with resume=True" in str(lost.value)
     kept = int(str(lost.value).partition(" of 1500 runs are kept")[0].rpartition("; ")[2])
     assert 0 < kept < 1500
     assert_same(lienumba.run(long(), output=tmp_path / "top.nc", resume=True), whole)

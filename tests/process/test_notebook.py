@@ -75,7 +75,7 @@ def test_runs_on_the_disk_are_kept_and_gone_on_with(kernel):
     folder = Path(kernel.run("import os; print(os.getcwd())").streams.strip())
     cell = kernel.run(start.format(""), interrupt_when=kept)
     assert cell.error.startswith("Interrupted: interrupted: ")
-    assert "of 4000 runs are kept in top.nc.runs; go on with --resume (in Python: resume=True)" in cell.error
+    assert "of 4000 runs are kept in top.nc.runs; go on with resume=True" in cell.error
     done = int(cell.error.split("interrupted: ")[1].split()[0])
     assert done > 0
     code = "told = []\nds = lienumba.run(TOP, output='top.nc', overrides=LONG, resume=True, runs=[0, 3999], "

@@ -124,7 +124,7 @@ def test_problems_of_overrides_and_of_the_scenario_come_together() -> None:
     with pytest.raises(ScenarioError) as caught:
         resolve(example(position=[0, 1]), overrides={"bodies.tpo.inertia": "[1, 1, 1]"})
     first, second = str(caught.value).splitlines()
-    assert first.startswith("--set bodies.tpo.inertia")
+    assert first.startswith('{"bodies.tpo.inertia": ')
     assert second.startswith("model.bodies.top.position = [0, 1]: has 2 entries")
 
 

@@ -162,7 +162,7 @@ def test_full_runs_are_read():
 def test_code_is_asked_for_only_where_it_must_run():
     ds = gallery("cam")
     assert scene(ds).runs
-    with pytest.raises(ScenarioError, match=r"brings Python code, which a replay runs.*--allow-code"):
+    with pytest.raises(ScenarioError, match=r"brings Python code, which a replay runs.*allow_code=True"):
         scene(ds.isel(time=slice(1, None)))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from lienumba.store.outputs import LostError, TakenError, WriteError
 from lienumba.store.stream import Source, Stream, slices
+from lienumba.words import option
 
 Sources = dict[str, list[Source]]  # of each table
 
@@ -44,7 +45,7 @@ class BackgroundWriter:
         except (LostError, TakenError):
             raise
         except WriteError as error:
-            raise WriteError(f"{error}; no run is lost, go on with --resume") from None
+            raise WriteError(f"{error}; no run is lost, go on with {option('resume')}") from None
 
     def _write(self, runs: int, sources: Sources, tell: Callable[[int], None] = lambda runs: None) -> None:
         if self.stream is None:

@@ -33,7 +33,7 @@ from lienumba.store.shards import Shards
 from lienumba.store.stream import Stream, slices
 from lienumba.store.study_layout import is_study
 from lienumba.store.targets import claimed_dataset
-from lienumba.words import plural
+from lienumba.words import option, plural
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -111,8 +111,8 @@ def gaps(dataset: "xr.Dataset") -> list[str]:
     if not len(missing):
         return []
     return [
-        f"{plural(len(missing), 'run is', 'runs are')} missing of {total}: {_ranges(missing)}; add them by "
-        "lienumba run --resume, or merge the datasets that have them, too"
+        f"{plural(len(missing), 'run is', 'runs are')} missing of {total}: {_ranges(missing)}; run them "
+        f"with {option('resume')}, or merge the datasets that have them, too"
     ]
 
 
@@ -158,8 +158,8 @@ def _check(parts: Sequence[Finished]) -> None:
         )
     if "stop" in _sweep(_scenario(first)):
         raise ScenarioError(
-            f"{first.path}: is of a sweep that ends by sweep.stop, which only the whole can decide; go on with it by "
-            "lienumba run --resume"
+            f"{first.path}: is of a sweep that ends by sweep.stop, which only the whole can decide; run it on "
+            f"with {option('resume')}"
         )
     for part in parts[1:]:
         check_parts(part.attributes, first.attributes, str(part.path), str(first.path))

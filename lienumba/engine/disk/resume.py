@@ -9,7 +9,7 @@ from lienumba.scenario.base.toml import Tables
 from lienumba.scenario.resolve import Scenario
 from lienumba.store.form import by_path, scenario_tables
 from lienumba.sweep.samplers import GROWING, SAMPLERS
-from lienumba.words import show
+from lienumba.words import option, show
 
 INDIFFERENT = ("title", "sweep.runs", "sweep.nominal", "sweep.stop.")  # what may be otherwise
 LONGEST = 40  # characters of a value in a sentence
@@ -22,11 +22,11 @@ def manifest(resolved: Scenario) -> dict[str, Any]:
 
 def check_same(there: Tables, resolved: Scenario, where: str) -> None:
     """A ScenarioError if `there`, a manifest or the attributes of a dataset, is another sweep."""
-    remedy = "go on with what is there, choose another output, or start again with --overwrite"
+    remedy = f"go on with what is there, choose another output, or start again with {option('overwrite')}"
     if there.get("lienumba_version") != __version__:
         raise ScenarioError(
             f"{where}: was begun by lienumba {there.get('lienumba_version')}, but this is {__version__}, whose results "
-            f"may differ; go on with that version, or start again with --overwrite"
+            f"may differ; go on with that version, or start again with {option('overwrite')}"
         )
     old, new = values(there, where), values(manifest(resolved), where)
     key = first_difference(old, new)
@@ -35,7 +35,7 @@ def check_same(there: Tables, resolved: Scenario, where: str) -> None:
             f"{where}: belongs to another scenario, {key} = {_shown(old, key)} there and {_shown(new, key)} here; "
             f"{remedy}"
         )
-    check_samplers(old, new, where, f'start again with --overwrite, or use the sampler "{GROWING}"')
+    check_samplers(old, new, where, f'start again with {option("overwrite")}, or use the sampler "{GROWING}"')
 
 
 def check_parts(there: Tables, here: Tables, where: str, first: str) -> None:

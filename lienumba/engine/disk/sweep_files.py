@@ -19,6 +19,7 @@ from lienumba.store.layout import FULL
 from lienumba.store.outputs import Output
 from lienumba.store.shards import Shards, labels_of
 from lienumba.store.stream import Source
+from lienumba.words import option
 
 
 @dataclass(frozen=True)
@@ -120,5 +121,5 @@ def check_room(path: str, labels: np.ndarray, runs: int) -> None:
     if len(labels) and labels[-1] >= runs:
         raise ScenarioError(
             f"{path}: has runs up to {labels[-1]} already, but sweep.runs = {runs}; give at least {labels[-1] + 1}, or "
-            "start again with --overwrite"
+            f"start again with {option('overwrite')}"
         )

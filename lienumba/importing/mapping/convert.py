@@ -23,7 +23,7 @@ from lienumba.importing.mapping.step import stable_step
 from lienumba.importing.mapping.tendons import add_tendons
 from lienumba.importing.mapping.tree import add_tree
 from lienumba.importing.notes import Note, gathered
-from lienumba.words import listed, plural, show, suggestion
+from lienumba.words import listed, option, plural, show, suggestion
 
 if TYPE_CHECKING:
     import mujoco
@@ -48,7 +48,9 @@ def convert(
     """The scenario of a compiled model; see `lienumba.importing.from_mujoco`."""
     if model.nv == 0:
         remedy = (
-            "give its root a free joint (--base free)" if model.nbody > 1 else "give a model with bodies and joints"
+            f"give its root a free joint ({option('base', 'free')})"
+            if model.nbody > 1
+            else "give a model with bodies and joints"
         )
         raise ScenarioError(Problem(origin, "has nothing that moves", remedy))
     model = with_flags(model)
@@ -74,7 +76,9 @@ def convert(
     if strict and (lost := [note for note in found if note.lost]):
         raise ScenarioError(
             *(
-                Problem(origin, note.what, "import it without --strict, or take it out", within=note.places[:1])
+                Problem(
+                    origin, note.what, f"import it without {option('strict')}, or take it out", within=note.places[:1]
+                )
                 for note in lost
             )
         )

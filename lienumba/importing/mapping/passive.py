@@ -7,6 +7,7 @@ from lienumba.importing.mapping.frames import neat, tidy
 from lienumba.importing.mapping.readings import Readings, product, total
 from lienumba.importing.mapping.source import BALL, FREE, HINGE, Source
 from lienumba.importing.mapping.tree import Tree
+from lienumba.words import option
 
 SLOW = 1e-2  # rad/s or m/s, at which sliding sets in, or above
 
@@ -111,7 +112,8 @@ def _limits(source: Source, draft: Draft, joint: int, name: str, kind: int, keep
         return
     if kind == BALL or not keep:
         draft.note(
-            "limits of joints are left out" + ("" if kind == BALL else "; --keep-limits makes stops of them"),
+            "limits of joints are left out"
+            + ("" if kind == BALL else f"; {option('keep_limits')} makes stops of them"),
             _place(source, joint),
         )
         return

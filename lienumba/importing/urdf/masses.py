@@ -10,6 +10,7 @@ from lienumba.importing.mapping.source import Link, Source
 from lienumba.importing.notes import Note
 from lienumba.importing.urdf.robot import Array
 from lienumba.importing.urdf.tree import Tree
+from lienumba.words import option
 
 SMALLEST = 1e-15  # moment of inertia in kg m², below which it is none
 LEAST = 1e-14  # of the largest moment of inertia: smaller ones are none
@@ -48,7 +49,7 @@ def check_masses(tree: Tree, source: Source, bodies: dict[str, int], file: Path,
         moving = {joint.child: joint for joint in tree.joints if joint.type != "fixed"}
         more = f"; likewise {_listed(idle[1:])}" if idle[1:] else ""
         shapes = any(not shape.drawn for shape in first.shapes)
-        collides = ", or give the density of its collision shapes (--density 1000)" if shapes else ""
+        collides = f", or give the density of its collision shapes ({option('density', 1000)})" if shapes else ""
         how = f'moves by joint "{moving[first.name].name}"' if first.name in moving else "is a free base"
         raise ScenarioError.at(
             f'{file}, line {first.line}: link "{first.name}"',

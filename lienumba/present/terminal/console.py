@@ -13,7 +13,7 @@ import typer
 
 from lienumba.engine.progress import ProgressLines, bar, silent
 from lienumba.errors import ClusterError, ScenarioError
-from lienumba.words import readable
+from lienumba.words import readable, to_terminal
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -61,7 +61,8 @@ def exit_codes() -> Iterator[None]:
     warnings.showwarning = lambda message, *_: print_warnings([message])
     try:
         signal.signal(signal.SIGTERM, signal.default_int_handler)
-        yield
+        with to_terminal():
+            yield
     except ScenarioError as error:
         for line in str(error).splitlines():
             say(f"error: {line}", err=True)

@@ -7,7 +7,7 @@ from itertools import islice
 from typing import Any
 
 from lienumba.errors import ScenarioError
-from lienumba.words import show
+from lienumba.words import option, show
 
 BYTES = 100  # of memory for the label of a run, at least
 
@@ -15,7 +15,7 @@ BYTES = 100  # of memory for the label of a run, at least
 def parse_labels(text: str, runs: int) -> list[int]:
     """The labels of `--runs` in a sweep of `runs`, ascending and each once; a range leaves its end out."""
     labels: set[int] = set()
-    for part in parse_ranges(text, f"--runs {text}"):
+    for part in parse_ranges(text, option("runs", text)):
         check_labels([part[-1]], runs)
         labels.update(part)
     return sorted(labels)
@@ -65,7 +65,7 @@ def check_count(runs: int, inputs: int) -> None:
             f"{runs:,} runs",
             f"their labels and samples alone take {needed / 2**30:,.0f} GiB of memory, and there are "
             f"{memory / 2**30:,.0f}",
-            f"run parts of them, one after the other: --part 1/{2 * needed // memory + 1}",
+            f"run parts of them, one after the other: {option('part', f'1/{2 * needed // memory + 1}')}",
         )
 
 
@@ -113,6 +113,6 @@ def parse_assignments(settings: Sequence[str]) -> dict[str, str]:
     for setting in settings:
         path, equals, value = setting.partition("=")
         if not equals or not path.strip():
-            raise ScenarioError.at(f"--set {setting}", "is not PATH=VALUE", "write it such as integrator.step=1e-4")
+            raise ScenarioError.at(option("set", setting), "is not PATH=VALUE", "write it such as integrator.step=1e-4")
         parsed[path.strip()] = value.strip()
     return parsed

@@ -21,11 +21,10 @@ from lienumba.scenario.base.paths import MEASURES
 from lienumba.scenario.base.problems import tables
 from lienumba.scenario.base.source import CALLED, COMPILED, source_of
 from lienumba.scenario.base.toml import Keys, table_in
-from lienumba.words import listed, printable, readable, suggestion
+from lienumba.words import listed, option, printable, readable, suggestion
 
 PYTHON = "python"
 UNTRACED = ("jit", "foreign", "batched")  # of lienumba: they make functions that are not traced
-TRUST = "nothing of it was run; read it, and if you trust it, give --allow-code (allow_code=True)"
 
 
 def embedded(raw: Keys, folder: Path) -> Keys:
@@ -49,21 +48,21 @@ def check_allowed(raw: Keys, where: str, doing: str, allow_code: bool) -> None:
         raise ScenarioError.at(
             where,
             f"brings Python code, which {doing} runs: {listed(files)}",
-            "read it in the attribute `scenario`, and if you trust it, give --allow-code (allow_code=True)",
+            f"read it in the attribute `scenario`, and if you trust it, give {option('allow_code')}",
         )
 
 
 def check_own(raw: Keys, file: Path) -> None:
     """A ScenarioError if a TOML file has code that is not plainly its owner's: within itself, or elsewhere than in
     Python files of the same user, beside it or below."""
-    problems = []
+    problems, trust = [], f"nothing of it was run; read it, and if you trust it, give {option('allow_code')}"
     if table_in(raw, "files"):
         within = listed(map(printable, table_in(raw, "files")))
-        problems.append(Problem(printable(str(file)), f"brings Python code in itself, {within}", TRUST))
+        problems.append(Problem(printable(str(file)), f"brings Python code in itself, {within}", trust))
     for named in files_of(raw):
         foreign = None if named in table_in(raw, "files") else _foreign(file.parent, named)
         if foreign:
-            problems.append(Problem(printable(str(file)), f"names Python code {foreign}: {printable(named)}", TRUST))
+            problems.append(Problem(printable(str(file)), f"names Python code {foreign}: {printable(named)}", trust))
     if problems:
         raise ScenarioError(*problems)
 

@@ -26,7 +26,7 @@ from lienumba.scenario.reading.run_tables import with_run_tables
 from lienumba.scenario.reading.sample_table import with_samples
 from lienumba.scenario.reading.toml_text import parse_value, read_toml
 from lienumba.sweep.distributions.registry import follows_nominal
-from lienumba.words import printable, show, suggestion
+from lienumba.words import printable, settings, show, suggestion
 
 LONGEST = 300  # characters of a setting in a message
 MODEL_KEYS = ("gravity", "ground_shapes", *LISTS, INPUTS, START)
@@ -88,7 +88,7 @@ def apply_overrides(data: Keys, overrides: Mapping[str, object]) -> list[Problem
     """
     problems: list[Problem] = []
     for path, value in overrides.items():
-        said = f"--set {printable(str(path))}={_text(value)}"
+        said = settings(printable(str(path)), _text(value))
         try:
             if not isinstance(path, str):
                 raise ScenarioError.at(f"the path {show(path)}", "must be a text", f"write one {paths.EXAMPLES}")

@@ -182,7 +182,9 @@ def test_shards_that_are_lost_meanwhile(act: Callable[[Path], object], tmp_path:
         for path in folder.glob("run-*.npy"):
             act(path)
 
-    with pytest.raises(LostError, match=r"has been removed or changed while .*: go on with --resume, which simulates"):
+    with pytest.raises(
+        LostError, match=r"has been removed or changed while .*: go on with resume=True, which simulates"
+    ):
         lienumba.run(data, output=target, resume=True, progress=Meanwhile(all_shards))
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", ".* damaged; their runs are simulated again")

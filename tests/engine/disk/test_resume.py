@@ -308,7 +308,7 @@ def test_too_little_memory_is_told_and_nothing_is_lost(tmp_path: Path, monkeypat
         patch.setattr(execute, "integrate", greedy)
         patch.setattr(shards, "PAUSE", 0.0)
         with pytest.raises(
-            MemoryError, match=r"Unable to allocate .*; \d+ of 40 runs are kept in .*; go on with --resume"
+            MemoryError, match=r"Unable to allocate .*; \d+ of 40 runs are kept in .*; go on with resume=True"
         ):
             lienumba.run(data, workers=1, output=target)
     with lienumba.run(data, workers=1, output=target, resume=True) as resumed:

@@ -24,7 +24,7 @@ def test_labels(text: str, labels: list[int]) -> None:
 
 @pytest.mark.parametrize("text", ["", "a", "1-3", "-2", "3:", ":3", "3:3", "1.5", "1,,2"])
 def test_labels_that_are_none(text: str) -> None:
-    with pytest.raises(ScenarioError, match="--runs"):
+    with pytest.raises(ScenarioError, match="runs="):
         parse_labels(text, 20)
 
 

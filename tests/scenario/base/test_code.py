@@ -41,7 +41,7 @@ def test_code_inside_of_a_scenario_waits_for_the_users_word(folder: Path, comman
     assert result.exit_code == 2
     assert result.stderr == (
         f"error: {path}: brings Python code in itself, a.py; nothing of it was run; read it, and if you trust it, give "
-        "--allow-code (allow_code=True)\n"
+        "--allow-code\n"
     )
     assert sorted(Path().rglob("*")) == [Path("own"), Path("own/case.toml")]
     if command == "validate":

@@ -78,11 +78,11 @@ def test_as_deep_as_allowed() -> None:
 @pytest.mark.parametrize(
     ("overrides", "sentence"),
     [
-        ({5: 1}, "--set 5=1: the path 5: must be a text; write one such as bodies.top.mass or bodies.top.position[1]"),
+        ({5: 1}, '{"5": 1}: the path 5: must be a text; write one such as bodies.top.mass or bodies.top.position[1]'),
         ("x=1", 'overrides = "x=1": must be a mapping from paths to values; give them such as {"integrator.step"'),
-        ({"bodies.top.mass": nested(50, list)}, "--set bodies.top.mass=[[[[[[[[["),
-        ({"projection[0]": 1}, "--set projection[0]=1: the path projection[0] has the index 0 of a table, which has"),
-        ({"title": "\x1b]0;x\x07"}, "--set title=\\x1b]0;x\\x07: the value \\x1b]0;x\\x07 is not TOML; give a number"),
+        ({"bodies.top.mass": nested(50, list)}, '{"bodies.top.mass": [[[[[[[[['),
+        ({"projection[0]": 1}, '{"projection[0]": 1}: the path projection[0] has the index 0 of a table, which has'),
+        ({"title": "\x1b]0;x\x07"}, '{"title": \\x1b]0;x\\x07}: the value \\x1b]0;x\\x07 is not TOML; give a number'),
     ],
 )  # fmt: skip
 def test_settings(overrides: Any, sentence: str) -> None:
