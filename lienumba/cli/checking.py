@@ -73,7 +73,9 @@ def validate(
         from lienumba.scenario.start.study_start import check_starts
 
         nominal = check_starts(resolved)
-        if nominal is not None:
+        model, output = resolved.data.model, resolved.data.output
+        named = model.requirements or model.measures or output.summary or output.at_events or resolved.data.sweep.stop
+        if nominal is not None and named:  # of what the dataset will have
             from lienumba.engine.results import Results
             from lienumba.engine.stopping import stopping_of
 

@@ -26,9 +26,9 @@ FIVE = (  # the zeros of P_5 - P_4 on [0, 1], of Legendre's polynomials
 )
 
 
-def _integrals(nodes: Sequence[Fraction], to: Fraction) -> Row:
-    """Of the Lagrange polynomials of these nodes, from 0."""
-    return tuple(sum((w * to ** (n + 1) / (n + 1) for n, w in enumerate(p)), Fraction(0)) for p in lagrange(nodes))
+def _integral(p: Row, to: Fraction) -> Fraction:
+    """Of a polynomial, from 0."""
+    return sum((w * to ** (n + 1) / (n + 1) for n, w in enumerate(p)), Fraction(0))
 
 
 def lagrange(nodes: Sequence[Fraction]) -> tuple[Row, ...]:
@@ -46,12 +46,13 @@ def lagrange(nodes: Sequence[Fraction]) -> tuple[Row, ...]:
 def collocation(name: str, words: str, nodes: Sequence[Fraction], damping: Fraction) -> Tableau:
     """damping: gamma of the estimate (I - h gamma J)^-1 h (gamma F_0 + sum e_j f_j), of order s + 1."""
     zero, s = Fraction(0), len(nodes)
-    A = [_integrals(nodes, c) for c in nodes]
+    polynomials = lagrange(nodes)
+    A = [tuple(_integral(p, c) for p in polynomials) for c in nodes]
     moments = [Fraction(n == 0) for n in range(s)]  # the quadrature with gamma at 0 is exact for polynomials below s
-    errors = [-damping * sum((w * m for w, m in zip(p, moments, strict=True)), zero) for p in lagrange(nodes)]
+    errors = [-damping * sum((w * m for w, m in zip(p, moments, strict=True)), zero) for p in polynomials]
     return Tableau(
         name, 2 * s - 1, words, ((zero,) * (s + 1), *((zero, *row) for row in A)), (zero, *A[-1]),
-        errors=((damping, *errors),), references=(WANNER,), damping=damping, layers=lagrange(nodes),
+        errors=((damping, *errors),), references=(WANNER,), damping=damping, layers=polynomials,
         begun=lagrange((zero, *nodes)),
     )  # fmt: skip
 

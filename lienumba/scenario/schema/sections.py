@@ -98,17 +98,7 @@ def _derive() -> None:
     Event.model_fields["action"].description = described()
     variables = Output.model_fields["variables"]
     variables.default, variables.description = usual(), outputs_described()
-    sections = (
-        Body,
-        Standing,
-        Event,
-        Integrator,
-        Output,
-        Sweep,
-        ModelSection,
-        ScenarioData,
-    )  # those that hold others behind these
-    for section in sections:
+    for section in (Event, Integrator, Output, Sweep, ModelSection, ScenarioData):  # those that hold others behind these
         section.model_rebuild(force=True)
     SECTIONS.clear()
     SECTIONS.update(_sections())
