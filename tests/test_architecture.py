@@ -52,7 +52,7 @@ INSIDE = {  # the floors of rooms, lowest first
     ],
     "scenario": [
         {"base", "meshes", "study_errors"}, {"schema"}, {"formulas"}, {"reading"}, {"checks"},
-        {"resolve", "after_sets", "study_points", "study_names"}, {"start"}, {"html_repr", "system"},
+        {"resolve", "study_points"}, {"start"}, {"html_repr", "system"},
     ],
     "importing": [
         {"notes"}, {"base", "imported", "markup", "mujoco_words"}, {"mapping"}, {"mjcf", "urdf"}, {"reading"},

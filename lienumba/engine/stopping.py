@@ -11,7 +11,7 @@ from lienumba.engine.requirements import Column
 from lienumba.engine.results import Piece, Results
 from lienumba.errors import BadValueError, ScenarioError
 from lienumba.scenario.resolve import Scenario
-from lienumba.scenario.schema.stop import Stop
+from lienumba.scenario.schema.sweep import Stop
 from lienumba.store.layout import MET, WEIGHT
 from lienumba.store.names import find_one
 from lienumba.store.shards import LABEL

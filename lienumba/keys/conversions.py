@@ -3,9 +3,10 @@
 A number is a float, or an array (runs,) where the sweep varies it; every conversion here works on both.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
+from lienumba.errors import Problem
 from lienumba.groups import so3
 from lienumba.keys.types import AxisAngle, Euler, Inertia, Rotation, RotationVector
 from lienumba.numerics.expressions import Formula
@@ -21,6 +22,23 @@ Vec3 = tuple[Number, Number, Number]
 def vec3(values: Sequence[Number]) -> Vec3:
     """A vector."""
     return values[0], values[1], values[2]
+
+
+def norm(values: Sequence[float]) -> float:
+    """Of a vector or a quaternion, without overflow."""
+    scale = max(abs(value) for value in values)
+    return float(scale * sum((value / scale) ** 2 for value in values) ** 0.5) if scale else 0.0
+
+
+def has_direction(v: Sequence[float]) -> bool:
+    """Whether a vector is neither 0 nor endless."""
+    return 1e-100 < norm(v) < 1e100
+
+
+def undirected(key: str, v: Sequence[float] | None) -> Iterator[Problem]:
+    """The problem of a vector that is given, and has no direction."""
+    if v is not None and not has_direction(v):
+        yield Problem(key, "has no direction", "give 3 numbers that are not all 0", v)
 
 
 def timed(value: object) -> Any:

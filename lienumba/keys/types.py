@@ -3,10 +3,12 @@
 A key's description is also the remedy in its error messages, which read "give <description>".
 """
 
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
 
+from lienumba.errors import Problem
 from lienumba.keys.formulas import LARGEST, checked
 
 # In the file a number may be a formula of parameters; it is a number before it comes here (see `parameters`).
@@ -32,6 +34,10 @@ NAME_RULE = 'the name: a letter, then letters, digits or "_"'
 
 class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", defer_build=True)
+
+    def faults(self) -> Iterator[Problem]:
+        """What its keys say against one another; places are its keys."""
+        return iter(())
 
 
 # A number, or a formula of the time t.

@@ -19,10 +19,8 @@ from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
 from lienumba.mechanics.system.output_variables import usual
 from lienumba.numerics.number import Vector
-from lienumba.scenario.after_sets import check_sets
 from lienumba.scenario.base import paths, timegrid, toml
 from lienumba.scenario.base.code import PYTHON, identities
-from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.base.paths import BESIDE, LISTS
 from lienumba.scenario.base.problems import tables
 from lienumba.scenario.base.toml import Keys, table_in
@@ -30,9 +28,10 @@ from lienumba.scenario.base.units import units
 from lienumba.scenario.checks.integrator import damping_of, method_of
 from lienumba.scenario.checks.reference_formulas import used
 from lienumba.scenario.checks.scenario import check_scenario
+from lienumba.scenario.checks.sweep import nominal_numbers
 from lienumba.scenario.formulas import dependent_inputs
 from lienumba.scenario.formulas.numbers import take
-from lienumba.scenario.formulas.parameters import Parameters
+from lienumba.scenario.formulas.parameters import TIME, Parameters
 from lienumba.scenario.reading.datasets import read_start
 from lienumba.scenario.reading.loading import apply_overrides, load, name_unnamed, with_files
 from lienumba.scenario.reading.run_tables import read_run_tables
@@ -51,6 +50,7 @@ if TYPE_CHECKING:
 
 OPTIONAL = ("limits", "contacts", "noise")  # lists that are left out where they are empty
 FIRST = ("name", "type")  # keys that head a table
+BEHIND_SETS = ("study", "sweep", "requirements", "measures")  # what the numbers of the model do not depend on
 
 
 @dataclass(frozen=True)
@@ -266,7 +266,7 @@ def resolve(
     written = copy.deepcopy(raw) if sets or "study" in raw else raw
     scenario = _resolved(raw, problems, file)
     if sets:
-        wrong, doubtful = check_sets(written, scenario, lambda point: _resolved(point, [], file))
+        wrong, doubtful = _check_sets(written, scenario)
         if wrong:
             raise ScenarioError(*wrong)
         scenario = replace(scenario, warnings=[*scenario.warnings, *doubtful])
@@ -277,6 +277,36 @@ def resolve(
     added = {problem: point.place for point in plan.points for problem in point.scenario.warnings}
     told = [problem.inside(place) for problem, place in added.items() if problem not in scenario.warnings]
     return replace(scenario, plan=plan, warnings=[*scenario.warnings, *told])
+
+
+def _check_sets(raw: Keys, base: Scenario) -> tuple[list[Problem], list[Problem]]:
+    """What is wrong with numbers of the model once an event has set its parameters, and what may be: where others of
+    the parameters that events set are given by other events, which may come first. raw: the scenario as it is written;
+    base: the same, resolved."""
+    wrong, doubtful, parameters = list[Problem](), list[Problem](), base.parameters
+    later = {  # what also depends on the time, or on the motion: it need not be asked before the event
+        paths.written(tokens)
+        for tokens, formula in parameters.places.items()
+        if formula.used & {TIME, *parameters.tables, *parameters.quantities}
+    }
+    for event in base.data.model.events:
+        numbers = {name: x for name, x in (event.parameters or {}).items() if isinstance(x, int | float)}
+        if not numbers or not event.name:
+            continue
+        point = copy.deepcopy({key: x for key, x in raw.items() if key not in BEHIND_SETS})
+        model = table_in(point, "model")
+        model["events"] = [x for x in tables(model.get("events")) if x.get("action") != SET.name]
+        point["parameters"] = {**table_in(point, "parameters"), **numbers}
+        errors, warnings = list[Problem](), list[Problem]()
+        try:
+            warnings = [x for x in _resolved(point, [], base.file).warnings if x not in base.warnings]
+        except ScenarioError as error:
+            errors = list(error.problems)
+        alone = parameters.held <= numbers.keys()
+        for told, found in ((errors, wrong if alone else doubtful), (warnings, doubtful)):
+            own = [x for x in told if x.place.startswith("model.") and x.place not in later]
+            found += [x.inside(f"events.{event.name}.parameters") for x in own]
+    return wrong, doubtful
 
 
 def written_tables(ds: "xr.Dataset", where: str) -> Keys:

@@ -101,7 +101,6 @@ class Event(Section):
     )
 
     def faults(self) -> Iterator[Problem]:
-        """What is wrong with its keys together; places are its keys."""
         action = ACTIONS[self.action]
         for key in action.needs:
             if getattr(self, key) is None:

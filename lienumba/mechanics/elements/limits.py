@@ -41,7 +41,6 @@ class Limit(Section):
                 yield m.Limit(f"{self.name}.{key}", which, side, value, self.restitution, self.rest_speed)
 
     def faults(self) -> Iterator[Problem]:
-        """What is wrong with its numbers together; places are its keys."""
         if self.low is None and self.high is None:
             yield Problem("", "has no stop", "give low, high or both")
         elif self.low is not None and self.high is not None and not self.low < self.high:

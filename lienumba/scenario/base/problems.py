@@ -9,6 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from lienumba.errors import NOTHING, Problem, ScenarioError, missing
 from lienumba.keys.facts import is_text
+from lienumba.keys.types import Section
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.toml import Keys
 from lienumba.words import suggestion
@@ -16,6 +17,7 @@ from lienumba.words import suggestion
 GROUND = "ground"
 S = TypeVar("S", bound=BaseModel)
 T = TypeVar("T")
+E = TypeVar("E", bound=Section)
 
 
 @dataclass
@@ -34,6 +36,12 @@ class Report:
     def miss(self, place: str, remedy: str, why: str = "") -> None:
         """The problem of a key that must be there."""
         self.problems.append(missing(place, remedy, why))
+
+    def element(self, place: str, section: type[E] | None, raw: object) -> E | None:
+        """A table as its class has it, and the problem of each of its faults; None where it is wrong in itself."""
+        checked = read(section, raw)
+        self.problems += [] if checked is None else [fault.below(place) for fault in checked.faults()]
+        return checked
 
     def warn(self, place: str, rule: str, remedy: str = "", value: object = NOTHING) -> None:
         """A warning."""
@@ -104,9 +112,3 @@ def check_name(at: str, name: object, known: Iterable[str], what: str, report: R
     if isinstance(name, str) and name not in known:
         remedy = 'write "global"' if name == GROUND and "global" in known else suggestion(name, known)
         report.add(at, f"is not {what} of the model", remedy, name)
-
-
-def norm(values: list[Any]) -> float:
-    """Of a vector or a quaternion, without overflow."""
-    scale = max(abs(value) for value in values)
-    return float(scale * sum((value / scale) ** 2 for value in values) ** 0.5) if scale else 0.0

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 
 from lienumba.integrators.methods.charts import JOINT
-from lienumba.keys.conversions import tensor_of
+from lienumba.keys.conversions import norm, tensor_of, undirected
 from lienumba.keys.types import AxisAngle, Euler, Inertia, RotationVector
-from lienumba.scenario.base.problems import GROUND, Report, norm
+from lienumba.scenario.base.problems import GROUND, Report
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.schema.scenario import Body
-from lienumba.scenario.schema.shapes import Long, Mesh, Shape
+from lienumba.scenario.schema.shapes import Shape
 from lienumba.words import suggestion
 
 ORTHOGONAL = 1e-6  # how far R R^T of a given rotation matrix may lie from the unit matrix
@@ -112,8 +112,7 @@ def _check_inertia(place: str, value: Inertia, report: Report) -> None:
 def check_rotation(at: str, rotation: object, report: Report) -> None:
     """Check a rotation in any of its five forms."""
     if isinstance(rotation, AxisAngle):
-        if not 1e-100 < norm(rotation.axis) < 1e100:
-            report.add(f"{at}.axis", "has no direction", "give 3 numbers that are not all 0", rotation.axis)
+        report.problems += undirected(f"{at}.axis", rotation.axis)
         _check_angles(f"{at}.angle", [rotation.angle], report)
     elif isinstance(rotation, Euler):
         _check_angles(f"{at}.angles", rotation.angles, report)
@@ -168,21 +167,4 @@ def check_shapes(place: str, shapes: list[Shape] | None, report: Report) -> None
     for n, shape in enumerate(shapes or ()):
         at = f"{place}[{n}]"
         check_rotation(f"{at}.rotation", shape.rotation, report)
-        if isinstance(shape, Long):
-            _check_long(at, shape, report)
-        if isinstance(shape, Mesh) and shape.data is None:
-            report.miss(f"{at}.file", f"give {Mesh.model_fields['file'].description}")
-
-
-def _check_long(at: str, shape: Long, report: Report) -> None:
-    """Either a length, or both ends, which say all of where it is."""
-    if shape.ends is None:
-        if shape.length is None:
-            report.miss(f"{at}.length", "give the length in m along z, or ends = [[0, 0, 0], [0, 0, 1]]")
-        return
-    for key in ("length", "position", "rotation"):
-        if key in shape.model_fields_set and (getattr(shape, key) not in (None, [0.0, 0.0, 0.0])):
-            report.add(f"{at}.{key}", "the ends say already where it is", "leave out either this or ends")
-    first, second = shape.ends
-    if not norm([a - b for a, b in zip(first, second, strict=True)]) > 0.0:
-        report.add(f"{at}.ends", "are one point", "give two points, or a sphere", shape.ends)
+        report.problems += [fault.below(at) for fault in shape.faults()]

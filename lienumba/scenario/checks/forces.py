@@ -1,26 +1,19 @@
 """What is wrong with a force: the names it refers to and its numbers, one sentence each."""
 
-import re
-from keyword import iskeyword
-
 from lienumba.keys.conversions import timed
 from lienumba.keys.formulas import at_start, constant
-from lienumba.keys.types import NAME, NAME_RULE
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.forces.base import AlongJoint, BetweenPoints, OnBody
 from lienumba.mechanics.elements.forces.numbers import Sign
 from lienumba.mechanics.elements.forces.python import PythonForce
 from lienumba.mechanics.elements.joints import coordinate_kinds
 from lienumba.scenario.base.paths import INPUTS
-from lienumba.scenario.base.problems import Report, read
+from lienumba.scenario.base.problems import Report
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.drivers import check_driven_body, check_start, numbers_at
 from lienumba.scenario.checks.joints import Tables, check_seen, check_two_bodies, find_coordinate
 from lienumba.scenario.checks.times import check_samples
 from lienumba.store.layout import is_taken
-from lienumba.words import show
-
-MOST = 2000  # numbers in the memory of a law: more take too long to compile
 
 
 def check_force(place: str, force: Keys, bodies: list[str], joints: Tables, report: Report) -> None:
@@ -35,7 +28,7 @@ def check_force(place: str, force: Keys, bodies: list[str], joints: Tables, repo
         check_driven_body(place, force.get("body"), bodies, report)
     elif issubclass(kind, PythonForce):
         check_seen(place, force, bodies, joints, report)
-    checked = read(kind, force)
+    checked = report.element(place, kind, force)
     if checked is None:
         return
     if isinstance(checked, AlongJoint):
@@ -50,8 +43,6 @@ def check_force(place: str, force: Keys, bodies: list[str], joints: Tables, repo
         for at, x in numbers_at(f"{place}.{key}", value):
             if number.sign is not None and x is not None:
                 _check_sign(at, x, number.sign, report)
-    for fault in checked.faults():
-        report.problems.append(fault.below(place))
     effective = [key for key, number in checked.numbers().items() if number.effective]
     if effective and not checked.model_fields_set.intersection(effective):
         report.warn(
@@ -79,15 +70,9 @@ def _check_coordinate(place: str, name: str, force: AlongJoint, joints: Tables, 
 
 
 def _check_own(place: str, force: PythonForce, report: Report) -> None:
-    """A law of the user's own, in itself."""
+    """A law of the user's own: its samples, its parameters, and the names of its states."""
     if isinstance(force.every, float | int):
         check_samples(f"{place}.every", float(force.every), report)
-    if force.returns == "potential" and (force.states or force.memory or force.every is not None):
-        report.add(place, "a potential energy has neither states nor samples", "leave states, memory and every out")
-    if force.memory and force.every is None:
-        report.add(f"{place}.memory", "only a sampled law has a memory", "give every, or keep its numbers in states")
-    if (size := sum((force.memory or {}).values())) > MOST:
-        report.add(f"{place}.memory", f"has more than {MOST:,} numbers", "keep fewer", size)
     if force.states and is_taken(force.name):
         report.add(
             f"{place}.name",
@@ -99,10 +84,6 @@ def _check_own(place: str, force: PythonForce, report: Report) -> None:
         report.add(
             f"{place}.name", "formulas would read its states by the name of the inputs", "give another name", INPUTS
         )
-    for key in ("states", "memory"):
-        for name in getattr(force, key) or ():
-            if not re.fullmatch(NAME, name) or iskeyword(name):
-                report.add(f"{place}.{key}", f"{show(name)} is no valid name", f"give {NAME_RULE}")
     for name, value in force.parameters.items():
         check_start(f"{place}.parameters.{name}", value, 1, report)
 

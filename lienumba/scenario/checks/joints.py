@@ -4,15 +4,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lienumba.errors import missing
-from lienumba.mechanics.elements.joints import JOINTS, Freedom, JointType, coordinate_kinds
+from lienumba.mechanics.elements.joints import JOINTS, Freedom, coordinate_kinds
 from lienumba.mechanics.elements.joints.couplings import Coupling
-from lienumba.mechanics.elements.joints.keys import AtPoints, Placed, WithAxes
-from lienumba.scenario.base.problems import GROUND, Report, check_name, norm, read
+from lienumba.scenario.base.problems import GROUND, Report, check_name
 from lienumba.scenario.base.toml import Keys
-from lienumba.scenario.schema.scenario import StartSection
 from lienumba.words import listed, plural, show, suggestion
-
-PARALLEL = 1e-6  # sine of the angle below which two directions count as parallel
 
 Tables = dict[str, dict[str, Any]]
 
@@ -25,13 +21,9 @@ def check_joint(place: str, joint: dict[str, Any], bodies: list[str], joints: Ta
         check_seen(place, joint, bodies, others, report)
     elif "bodies" in joint:
         check_two_bodies(place, joint["bodies"], bodies, report)
-    checked: JointType | None = read(JOINTS[kind], joint) if isinstance(kind, str) and kind in JOINTS else None
+    checked = report.element(place, JOINTS[kind], joint) if isinstance(kind, str) and kind in JOINTS else None
     if isinstance(checked, Coupling):
         _check_coupling(place, checked, joints, report)
-    if isinstance(checked, AtPoints):
-        _check_points(place, checked, report)
-    if isinstance(checked, WithAxes):
-        _check_axes(place, checked, report)
 
 
 def coordinates_of(joints: list[Keys]) -> dict[str, tuple[str, Freedom]]:
@@ -68,17 +60,6 @@ def check_coordinates(q: Mapping[str, Any], qd: Mapping[str, Any], joints: list[
                 report.add(at, f"gives {show(twice[0])}, too, which stands beside it", "leave one of the two out")
 
 
-def check_resting(start: StartSection, report: Report) -> None:
-    """Check what is said beside an equilibrium: its velocities are its own."""
-    if start.resting and start.qd:
-        rule = "has no meaning where each run starts in its equilibrium, whose velocities follow"
-        report.add("start.qd", rule, "leave it out, or give start.rotation instead", start.qd)
-    if start.rotation is not None and not start.resting:
-        report.add(
-            "start.rotation", "has no meaning without an equilibrium", 'give from = "equilibrium"', start.rotation
-        )
-
-
 def _each(labels: list[str]) -> str:
     if len(labels) == 1:
         return "give a number"
@@ -103,72 +84,6 @@ def check_seen(place: str, law: Mapping[str, Any], bodies: list[str], joints: Ta
             check_name(f"{place}.{key}[{i}]", name, known, what, report)
     if not law.get("bodies") and not law.get("joints"):
         report.add(place, "sees nothing", "give bodies or joints, as the function takes them")
-
-
-def check_direction(at: str, v: list[float], report: Report) -> bool:
-    """Whether a vector has a direction; else a problem."""
-    if 1e-100 < norm(v) < 1e100:
-        return True
-    report.add(at, "has no direction", "give 3 numbers that are not all 0", v)
-    return False
-
-
-def _check_points(place: str, joint: AtPoints, report: Report) -> None:
-    at = joint.at if isinstance(joint, Placed) else None
-    if joint.points is not None and at is not None:
-        report.add(
-            f"{place}.at",
-            "the joint has points already",
-            "give either points (in the bodies' own frames) or at (in the global frame at the start)",
-            at,
-        )
-    if joint.points is None and at is None:
-        other = ", or at = [x, y, z] in the global frame at the start" if isinstance(joint, Placed) else ""
-        own = "give two points in m, each with 3 numbers in the frame of its own body"
-        report.problems.append(missing(f"{place}.points", own + other))
-
-
-def _check_axes(place: str, joint: WithAxes, report: Report) -> None:
-    given = dict(joint)
-    axes, axis, references = given["axes"], given["axis"], given.get("references")
-    if axes is not None and axis is not None:
-        report.add(
-            f"{place}.axis",
-            "the joint has axes already",
-            "give either axes (in the bodies' own frames) or axis (in the global frame at the start)",
-            axis,
-        )
-    if axes is None and axis is None and joint.needs_axes:
-        remedy = f"give {joint.axes_form}, or axis = {joint.axis_form} in the global frame at the start"
-        report.problems.append(missing(f"{place}.axes", remedy))
-    pair = axis if isinstance(axis, list) and axis and isinstance(axis[0], list) else None
-    directed = [check_direction(f"{place}.axes[{i}]", v, report) for i, v in enumerate(axes or [])]
-    if pair is not None:
-        both = [check_direction(f"{place}.axis[{i}]", v, report) for i, v in enumerate(pair)]
-        if all(both) and sine(*pair) < PARALLEL:
-            report.add(
-                f"{place}.axis",
-                "the two directions are parallel and must be perpendicular",
-                "give the direction in each of the two bodies",
-                pair,
-            )
-    elif axis is not None:
-        check_direction(f"{place}.axis", axis, report)
-    for i, reference in enumerate(references or []):
-        at = f"{place}.references[{i}]"
-        if (
-            check_direction(at, reference, report)
-            and axes is not None
-            and directed[i]
-            and sine(reference, axes[i]) < PARALLEL
-        ):
-            report.add(at, f"is parallel to the axis {show(axes[i])}", "give a direction across it", reference)
-
-
-def sine(a: list[float], b: list[float]) -> float:
-    """Of the angle between two vectors."""
-    p, q = ([x / norm(v) for x in v] for v in (a, b))
-    return norm([p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]])
 
 
 def _check_coupling(place: str, joint: Coupling, joints: Tables, report: Report) -> None:

@@ -1,4 +1,4 @@
-"""What is wrong with the section [output]: names of what is to be stored, and runs; one sentence each."""
+"""What is wrong with what runs shall tell: the sections [output] and [sweep.stop], measures, requirements."""
 
 from collections import Counter
 
@@ -7,11 +7,16 @@ from lienumba.mechanics.elements.quantities import INPUTS, is_input
 from lienumba.mechanics.system.joint_coordinates import JOINT_COORDINATES
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES
 from lienumba.scenario.base.arguments import parse_ranges
-from lienumba.scenario.base.problems import Report
+from lienumba.scenario.base.paths import MEASURES, REQUIREMENTS
+from lienumba.scenario.base.problems import Report, placed
+from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.joints import coordinates_of
-from lienumba.scenario.checks.quantities import Lists, with_states
+from lienumba.scenario.checks.quantities import Lists, check_variable, with_states
+from lienumba.scenario.formulas.measures import is_formula
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.schema.output import Output
+from lienumba.scenario.schema.requirements import LIMITS, Requirement
+from lienumba.scenario.schema.sweep import Stop
 from lienumba.words import show, suggestion
 
 ASK = "give joint_coordinates = true"
@@ -73,3 +78,34 @@ def check_output(output: Output, lists: Lists, parameters: Parameters, report: R
         parse_ranges(output.full_runs, f"output.full_runs = {show(output.full_runs)}")
     except ScenarioError as error:
         report.problems += error.problems
+
+
+def check_names(lists: Lists, report: Report) -> None:
+    """Check the names of the variables that measures are, and requirements whose values are formulas."""
+    measures, requirements = placed(MEASURES, lists[MEASURES]), placed(REQUIREMENTS, lists[REQUIREMENTS])
+    for place, table in (*measures, *((at, x) for at, x in requirements if is_formula(str(x.get("value"))))):
+        check_variable(place, table.get("name"), report)
+
+
+def check_requirements(requirements: list[Keys], sweep: Keys, parameters: Parameters, report: Report) -> None:
+    """Check the limits of every requirement, which are the same in all runs."""
+    vary = sweep.get("vary")
+    varied = {str(path).removeprefix("parameters.") for path in vary} if isinstance(vary, dict) else set()
+    for place, table in placed(REQUIREMENTS, requirements):
+        requirement = report.element(place, Requirement, table)
+        if requirement is None:
+            continue
+        for tokens, formula in parameters.places.items():
+            if tokens[:2] == (REQUIREMENTS, requirement.name) and tokens[2] in LIMITS:
+                follows = sorted(parameters.all_used(formula) & varied)
+                if follows:
+                    rule = f"depends on parameters.{follows[0]}, which the sweep varies, but is the same in all runs"
+                    report.add(f"{place}.{tokens[2]}", rule, "put it into the value, which may differ", formula.text)
+
+
+def check_stop(stop: Stop, runs: int, report: Report) -> None:
+    """Check when a sweep of so many runs ends."""
+    if stop.every > runs:
+        report.add(
+            "sweep.stop.every", f"is never reached by sweep.runs = {runs}", "give fewer, or more runs", stop.every
+        )

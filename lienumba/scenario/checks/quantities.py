@@ -15,7 +15,7 @@ from lienumba.mechanics.elements.quantities.switched import LockQuantity
 from lienumba.mechanics.mechanism.tables import ERROR
 from lienumba.mechanics.tolerances import SAME_TIME_RTOL
 from lienumba.scenario.base.paths import INPUTS
-from lienumba.scenario.base.problems import Report, check_name, names_of, read
+from lienumba.scenario.base.problems import Report, check_name, names_of
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.bodies import check_rotation
 from lienumba.scenario.checks.drivers import check_start
@@ -41,7 +41,7 @@ def check_quantity(place: str, quantity: Keys, lists: Lists, report: Report) -> 
         return
     for key, refers in kind.references().items():
         _check_references(f"{place}.{key}", quantity.get(key), names_of(lists[refers.to]), refers, report)
-    checked = read(kind, quantity)
+    checked = report.element(place, kind, quantity)
     if checked is None:
         return
     if isinstance(checked, LockQuantity):
@@ -54,19 +54,13 @@ def check_quantity(place: str, quantity: Keys, lists: Lists, report: Report) -> 
         check_start(f"{place}.value", value, 1, report)
     if isinstance(checked, Momentum):
         _check_mass(place, checked, lists, report)
-    for fault in checked.faults():
-        report.problems.append(fault.below(place))
 
 
 def check_noise(place: str, noise: Keys, lists: Lists, report: Report) -> None:
     """Check one noise: its name, and what its keys say together."""
     _check_name(place, noise["name"], lists, report)
-    checked = read(NOISES.get(str(noise.get("type"))), noise)
-    if not isinstance(checked, NoiseType):
-        return
-    for fault in checked.faults():
-        report.problems.append(fault.below(place))
-    if checked.interval is None or report.times is None:
+    checked = report.element(place, NOISES.get(str(noise.get("type"))), noise)
+    if not isinstance(checked, NoiseType) or checked.interval is None or report.times is None:
         return
     if check_samples(f"{place}.every", checked.interval, report) and isinstance(checked, Tabulated) and checked.samples:
         end, last = float(report.times[-1]), checked.interval * (checked.samples - 1)
@@ -156,11 +150,9 @@ def check_inputs(inputs: Keys, joints: Tables, report: Report) -> None:
 
 
 def _check_table(place: str, table: Keys, joints: Tables, report: Report) -> None:
-    checked = read(INPUTS_BY_FORM.get(input_form(table) or ""), table)
+    checked = report.element(place, INPUTS_BY_FORM.get(input_form(table) or ""), table)
     if checked is None:
         return
-    for fault in checked.faults():
-        report.problems.append(fault.below(place))
     for key in TIMED:
         if (value := getattr(checked, key, None)) is not None:
             follows = key == "target" and "kd" in table and "rate" not in table

@@ -4,7 +4,6 @@ run may have."""
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import erfc, inf, sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,14 +13,12 @@ from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.joints import JOINTS, Own
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
+from lienumba.scenario.base.problems import Report
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.schema.sections import section_of
 from lienumba.sweep.distributions.base import Distribution, Scalar
 from lienumba.sweep.distributions.external import Given
 from lienumba.sweep.distributions.scalar import Constant, Normal, Uniform
-
-if TYPE_CHECKING:
-    from lienumba.scenario.base.problems import Report
 
 RARE = 1e-3  # expected number of unphysical runs of a sweep that deserves a warning
 LEAST = 2.0**-50  # probability; what is below it is none
@@ -59,7 +56,7 @@ MASS = Refused("no body has")
 
 
 def check_range(
-    path: str, nominal: float | Vector, given: Distribution, runs: int, refused: Refused | None, report: "Report"
+    path: str, nominal: float | Vector, given: Distribution, runs: int, refused: Refused | None, report: Report
 ) -> None:
     """Distributions that do not fit the nominal value, and those that draw what is refused."""
     if isinstance(given, Given):

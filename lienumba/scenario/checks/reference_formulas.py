@@ -5,7 +5,7 @@ Velocities that are omitted are the derivatives of positions and rotations.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
@@ -19,12 +19,9 @@ from lienumba.numerics.grammar import ExpressionError
 from lienumba.numerics.jets import Jet, lift
 from lienumba.scenario.base.problems import Report
 from lienumba.scenario.checks.bodies import check_rotation
-from lienumba.scenario.formulas.parameters import TIME
+from lienumba.scenario.formulas.parameters import TIME, Parameters
 from lienumba.scenario.study_errors import STATE, Truth
 from lienumba.words import suggestion
-
-if TYPE_CHECKING:
-    from lienumba.scenario.formulas.parameters import Parameters
 
 RATES = {"position": "velocity", "rotation": "angular_velocity"}
 FORMS: dict[str, tuple[Any, str]] = {
@@ -33,9 +30,7 @@ FORMS: dict[str, tuple[Any, str]] = {
 }
 
 
-def check_formulas(
-    reference: Mapping[str, Any], bodies: Sequence[str], parameters: "Parameters", report: Report
-) -> None:
+def check_formulas(reference: Mapping[str, Any], bodies: Sequence[str], parameters: Parameters, report: Report) -> None:
     """Check names, formulas and forms."""
     for variable, listed in reference.items():
         at = f"study.reference.{variable}"
@@ -52,7 +47,7 @@ def check_formulas(
                 _check_form(f"{at}.{body}", variable, value, at_start, report)
 
 
-def used(reference: Mapping[str, Any], parameters: "Parameters") -> set[str]:
+def used(reference: Mapping[str, Any], parameters: Parameters) -> set[str]:
     """The parameters on which a reference depends."""
     found: set[str] = set()
 
@@ -66,7 +61,7 @@ def used(reference: Mapping[str, Any], parameters: "Parameters") -> set[str]:
 
 
 def truth(
-    reference: Mapping[str, Any], parameters: "Parameters", samples: Mapping[str, Any], times: Sequence[float]
+    reference: Mapping[str, Any], parameters: Parameters, samples: Mapping[str, Any], times: Sequence[float]
 ) -> Truth:
     """What the formulas say at these times (s); samples: by path, (runs,)."""
     t = Jet(np.asarray(times, float), 1.0)
@@ -107,7 +102,7 @@ def _map(value: object, number: Callable[[str, str], Any], place: str) -> Any:
     return number(value, place) if isinstance(value, str) else value
 
 
-def _at_start(text: str, place: str, parameters: "Parameters", report: Report) -> float:
+def _at_start(text: str, place: str, parameters: Parameters, report: Report) -> float:
     """The number that a formula is at the start; a problem where it is none, or not finite at some time."""
     values = parameters.values()
     try:

@@ -1,26 +1,27 @@
-"""What the sampler of a sweep needs: as many runs as fit, not too many inputs, correlations that can be."""
+"""What the sampler of a sweep needs: as many runs as fit, not too many inputs, correlations that can be, a table with a
+row for each run and columns for all that varies with them."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from lienumba.errors import Problem
 from lienumba.scenario.base import paths
-from lienumba.scenario.base.problems import read
+from lienumba.scenario.base.problems import Report, read
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.schema.sweep import Correlation
+from lienumba.store.layout import WEIGHT
 from lienumba.sweep.copula import MatrixError, cholesky
 from lienumba.sweep.distributions.base import Distribution
+from lienumba.sweep.distributions.external import Column
 from lienumba.sweep.distributions.inertia import Inertia
 from lienumba.sweep.distributions.rotations import Direction, RotationNormal, RotationUniform
 from lienumba.sweep.samplers import DEFAULT, GROWING, SAMPLERS, Sampler
 from lienumba.sweep.samplers.importance import IMPORTANCE
+from lienumba.sweep.samplers.independent import TABLE
+from lienumba.sweep.table import SampleTable
 from lienumba.words import listed, plural, show, suggestion
 
-if TYPE_CHECKING:
-    from lienumba.scenario.base.problems import Report
 
-
-def check_sampler(sweep: Keys, vary: Mapping[str, Distribution], model: Keys, report: "Report") -> None:
+def check_sampler(sweep: Keys, vary: Mapping[str, Distribution], model: Keys, report: Report) -> None:
     """Check the sampler with the inputs that vary, by their canonical paths."""
     sampler, runs = SAMPLERS.get(str(sweep.get("sampler", DEFAULT))), sweep.get("runs", 1)
     inputs = sum(kind.dimensions > 0 for kind in vary.values())
@@ -41,7 +42,7 @@ def check_sampler(sweep: Keys, vary: Mapping[str, Distribution], model: Keys, re
 
 
 def _check_proposals(
-    sweep: Keys, sampler: Sampler | None, vary: Mapping[str, Distribution], model: Keys, report: "Report"
+    sweep: Keys, sampler: Sampler | None, vary: Mapping[str, Distribution], model: Keys, report: Report
 ) -> None:
     """Proposals are of streams that are drawn, with a sampler that weighs."""
     given = sweep.get("proposal", {})
@@ -74,7 +75,7 @@ def _check_proposals(
         seen.setdefault(name, path)
 
 
-def _check_rows(sampler: Sampler, row: int, inputs: int, runs: object, report: "Report") -> None:
+def _check_rows(sampler: Sampler, row: int, inputs: int, runs: object, report: Report) -> None:
     """Runs in whole rows, of so many each."""
     if not inputs:
         report.add("sweep.sampler", "no distribution varies", "give at least two", sampler.name)
@@ -89,7 +90,7 @@ def _check_rows(sampler: Sampler, row: int, inputs: int, runs: object, report: "
 
 
 def _check_correlations(
-    sweep: Keys, sampler: Sampler | None, vary: Mapping[str, Distribution], model: Keys, report: "Report"
+    sweep: Keys, sampler: Sampler | None, vary: Mapping[str, Distribution], model: Keys, report: Report
 ) -> None:
     groups = sweep.get("correlate", [])
     seen: dict[str, str] = {}
@@ -157,3 +158,76 @@ def _wrong_matrix(at: str, group: Correlation) -> Problem | None:
     except MatrixError as error:
         return Problem(at, "", error.problem.remedy, verb=error.problem.rule)
     return None
+
+
+def check_table(sweep: Keys, vary: Mapping[str, Distribution], report: Report) -> None:
+    """Check the table with what varies by its columns."""
+    sampler = sweep.get("sampler", DEFAULT)
+    given = isinstance(sampler, str) and sampler in SAMPLERS and SAMPLERS[sampler].from_table
+    raw, names = sweep.get("table"), {path: kind.names for path, kind in vary.items() if isinstance(kind, Column)}
+    if given and raw is None:
+        report.miss("sweep.table", 'give { file = "design.csv" }, a table of samples')
+        return
+    if raw is None:
+        for path in names:
+            remedy = f'give sweep.sampler = "{TABLE.name}" and sweep.table'
+            report.add(f'sweep.vary."{path}".column', "there is no table", remedy)
+        return
+    if not given:
+        report.add(
+            "sweep.sampler",
+            "takes nothing from sweep.table",
+            f'give sampler = "{TABLE.name}", or leave the table out',
+            sampler,
+        )
+    table = read(SampleTable, raw)
+    if table is None:
+        return
+    _check_table_rows(sweep, table, report)
+    for path, needed in names.items():
+        for name in dict.fromkeys(needed):
+            if name not in table.columns:
+                remedy = suggestion(name, table.columns)
+                report.add(f'sweep.vary."{path}".column', "is no column of sweep.table", remedy, name)
+    used = {name for needed in names.values() for name in needed}
+    told = {problem.place for problem in report.problems}
+    for name in table.columns:
+        if name not in used and _taken(name) not in told:
+            rule = f"nothing varies with its column {show(name)}"
+            report.add("sweep.table", rule, "take it out, or out of sweep.vary what draws it")
+
+
+def no_path(name: str, error: paths.PathError) -> Problem:
+    """What is wrong with a column whose name is no path."""
+    verb, remedy = error.problem.verb, error.problem.remedy
+    other = f", or let another path vary with it in sweep.vary: {{ column = {show(name)} }}"
+    verb, remedy = (verb, remedy + other) if remedy else (verb + other, "")
+    return Problem(_taken(name), "", remedy, verb=verb, within=("sweep.table",))
+
+
+def _taken(name: str) -> str:
+    return f"its column {show(name)}, taken as a path,"
+
+
+def _check_table_rows(sweep: Keys, table: SampleTable, report: Report) -> None:
+    rows = {name: len(numbers) for name, numbers in table.columns.items()}
+    lengths = rows | {name: len(x) for name, x in (("run", table.runs), (WEIGHT, table.weights)) if x is not None}
+    if len(set(lengths.values())) > 1:
+        listed = ", ".join(f"{name}: {number}" for name, number in lengths.items())
+        report.add("sweep.table", f"its columns have different lengths ({listed})", "give a number for each row")
+        return
+    if not table.rows():
+        report.add("sweep.table", "has no rows", "give one for each run")
+        return
+    if table.runs is not None and len(set(table.runs)) < len(table.runs):
+        twice = next(label for label in table.runs if table.runs.count(label) > 1)
+        report.add("sweep.table", f"has two rows for run {twice}", "give each run one")
+    runs = sweep.get("runs", 1)
+    if isinstance(runs, int) and runs > table.end():
+        last = "rows" if table.runs is None else "as the end of its column run"
+        report.add(
+            "sweep.runs",
+            f"sweep.table has only {table.end()} {last}",
+            "give at most that many, or leave runs out",
+            runs,
+        )

@@ -9,26 +9,22 @@ from lienumba.scenario.base.paths import INPUTS, JUDGING, LISTS, REQUIREMENTS
 from lienumba.scenario.base.problems import GROUND, Report, names_of, placed, read, tables
 from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.checks.bodies import check_bases, check_body, check_shapes
-from lienumba.scenario.checks.changes.asked import changing, sliding, switching
-from lienumba.scenario.checks.changes.events import check_events
-from lienumba.scenario.checks.changes.stops import check_contact, check_limit
+from lienumba.scenario.checks.changes import changing, check_contact, check_events, check_limit, sliding, switching
 from lienumba.scenario.checks.drivers import check_driven_once, check_driver, check_start
 from lienumba.scenario.checks.forces import check_force
-from lienumba.scenario.checks.integrator import check_integrator
-from lienumba.scenario.checks.joints import check_coordinates, check_joint, check_resting
-from lienumba.scenario.checks.methods import check_method, check_projection
-from lienumba.scenario.checks.output import check_output
+from lienumba.scenario.checks.integrator import check_integrator, check_method, check_projection
+from lienumba.scenario.checks.joints import check_coordinates, check_joint
+from lienumba.scenario.checks.output import check_names, check_output, check_requirements, check_stop
 from lienumba.scenario.checks.quantities import check_inputs, check_noise, check_quantity
 from lienumba.scenario.checks.study import check_study
 from lienumba.scenario.checks.sweep import check_sweep
 from lienumba.scenario.checks.tables import check_tables
 from lienumba.scenario.checks.times import check_times, looked_at
-from lienumba.scenario.checks.wanted.requirements import check_names, check_requirements, check_stop
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.scenario import Body, Gravity, Integrator, Projection, Standing, StartSection
 from lienumba.scenario.schema.sections import section_of
-from lienumba.scenario.schema.stop import Stop
+from lienumba.scenario.schema.sweep import Stop
 from lienumba.words import listed
 
 
@@ -51,10 +47,9 @@ def check_scenario(raw: Keys, parameters: Parameters) -> Report:
     if named:
         _check_model(lists, table_in(model, INPUTS), report)
         check_events(lists, parameters, report)
-        start = read(StartSection, model.get("start", {}))
+        start = report.element("start", StartSection, model.get("start", {}))
         if start is not None:
             check_coordinates(start.q, start.qd, lists["joints"], report)
-            check_resting(start, report)
     check_tables(parameters, report)
     gravity = read(Gravity, {"gravity": model["gravity"]} if "gravity" in model else {})
     if gravity is not None:
@@ -78,7 +73,7 @@ def check_scenario(raw: Keys, parameters: Parameters) -> Report:
     check_requirements(lists[REQUIREMENTS], table_in(raw, "sweep"), parameters, report)
     if isinstance(sweep, dict) and named:
         check_sweep(sweep, _numbers_of(model, lists), parameters, report)
-        stop, runs = read(Stop, sweep.get("stop")), sweep.get("runs", 1)
+        stop, runs = report.element("sweep.stop", Stop, sweep.get("stop")), sweep.get("runs", 1)
         if stop is not None and isinstance(runs, int):
             check_stop(stop, runs, report)
     study = raw.get("study")

@@ -1,7 +1,6 @@
 """What is wrong with a study in itself: its reference and the paths of its grids. Its points are tried one by one."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from lienumba.errors import UNKNOWN
 from lienumba.mechanics.elements.events import ends_run
@@ -10,14 +9,12 @@ from lienumba.scenario.base import paths
 from lienumba.scenario.base.problems import Report
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks import reference_formulas
+from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.reading.extends import replaced_by
 from lienumba.scenario.reading.loading import MODEL_KEYS, tokens_of
 from lienumba.scenario.schema.scenario import Integrator
 from lienumba.scenario.study_errors import STATE
 from lienumba.words import printable, show, suggestion
-
-if TYPE_CHECKING:
-    from lienumba.scenario.formulas.parameters import Parameters
 
 MARK = "sha256"  # of the reference's file
 SETTINGS = ("integrator", "projection")
@@ -39,7 +36,7 @@ def check_study(
     output: object,
     model: Keys,
     bodies: Sequence[str],
-    parameters: "Parameters",
+    parameters: Parameters,
     report: Report,
 ) -> None:
     """Check the section [study]; output: the section of it; model: as written."""
@@ -69,7 +66,7 @@ def check_study(
         report.warn("output.variables", "has no meaning in a study, which stores errors", "leave it out")
 
 
-def _check_reference(reference: Keys, bodies: Sequence[str], parameters: "Parameters", report: Report) -> None:
+def _check_reference(reference: Keys, bodies: Sequence[str], parameters: Parameters, report: Report) -> None:
     at = "study.reference"
     if not reference:
         report.add(at, "is empty", f"give {FORMS}", {})

@@ -3,35 +3,32 @@
 import re
 from functools import cache
 from sys import float_info
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
+from lienumba.groups import so3
+from lienumba.keys.conversions import has_rows, inertia_of, rotation_of, timed
 from lienumba.keys.facts import is_choice
-from lienumba.keys.types import Inertia, Rotation, Vec3
+from lienumba.keys.types import Inertia, Rotation, Section, Vec3
 from lienumba.mechanics.elements.quantities import QUANTITIES
 from lienumba.numerics.expressions import Formula
 from lienumba.numerics.grammar import ExpressionError
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
-from lienumba.scenario.base.nominal import nominal_numbers
 from lienumba.scenario.base.paths import LISTS
-from lienumba.scenario.base.problems import read, tables
+from lienumba.scenario.base.problems import Report, read, tables
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.ranges import check_range, refused_below
-from lienumba.scenario.checks.samplers import check_sampler
-from lienumba.scenario.checks.samples import check_table, no_path
+from lienumba.scenario.checks.samplers import check_sampler, check_table, no_path
 from lienumba.scenario.formulas.dependent_inputs import check_derived
+from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.schema.sections import SECTIONS, section_of
 from lienumba.scenario.schema.sweep import MOST_RUNS
 from lienumba.sweep.distributions.base import INERTIA, NUMBER, ROTATION, VECTOR, Distribution
 from lienumba.sweep.distributions.registry import DISTRIBUTIONS, form_of
 from lienumba.words import printable, show, suggestion
-
-if TYPE_CHECKING:
-    from lienumba.scenario.base.problems import Report
-    from lienumba.scenario.formulas.parameters import Parameters
 
 EVERY = "every"  # the key of the interval of a sampled law
 ONE_INTERVAL = "is the interval of a sampled law, which is the same in all runs", "run a scenario for each interval"
@@ -43,7 +40,7 @@ WHOLES: dict[str, tuple[str, tuple[str, ...], Any]] = {
 }
 
 
-def check_sweep(sweep: Keys, model: Keys, parameters: "Parameters", report: "Report") -> None:
+def check_sweep(sweep: Keys, model: Keys, parameters: Parameters, report: Report) -> None:
     """Check the varied paths against the model as written, gravity's default included."""
     vary, runs = sweep.get("vary", {}), sweep.get("runs", 1)
     if not isinstance(vary, dict):
@@ -116,7 +113,7 @@ def _refuse_overlap(name: str, path: str, seen: dict[str, str], parts: dict[str,
         parts.setdefault(outer, path)
 
 
-def _check_intervals(vary: Keys, parameters: "Parameters", report: "Report") -> None:
+def _check_intervals(vary: Keys, parameters: Parameters, report: Report) -> None:
     """The interval of a sampled law may depend on no varied parameter."""
     varied = {path.removeprefix("parameters.") for path in vary if path.startswith("parameters.")}
     for tokens, formula in parameters.places.items():
@@ -131,7 +128,7 @@ def _is_nested(entry: object) -> bool:
     return isinstance(entry, dict) and any(isinstance(item, dict) for item in entry.values())
 
 
-def _nominal(path: str, model: Keys, parameters: "Parameters", shape: str) -> Any:
+def _nominal(path: str, model: Keys, parameters: Parameters, shape: str) -> Any:
     """The number that a path leads to, or those of a whole; PathError if none may vary; None if the model is wrong
     there."""
     tokens = paths.parse(path)
@@ -175,7 +172,7 @@ def _nominal(path: str, model: Keys, parameters: "Parameters", shape: str) -> An
     return float(value) if abs(value) <= float_info.max else None
 
 
-def _refuse_formulas(tokens: tuple[paths.Token, ...], parameters: "Parameters") -> None:
+def _refuse_formulas(tokens: tuple[paths.Token, ...], parameters: Parameters) -> None:
     """What is a formula, or has one in it, follows its parameters."""
     for place, formula in parameters.places.items():
         if place[: len(tokens)] == tokens and formula.used:
@@ -203,7 +200,20 @@ def _whole(value: object, tokens: list[paths.Token], shape: str) -> Any:
     raise paths.PathError(f"is not {what} but {show(value)}", "give the path of one")
 
 
-def _parameter(tokens: list[paths.Token], parameters: "Parameters") -> float:
+def nominal_numbers(value: object, shape: str) -> float | Vector:
+    """The number of a varied path, or those that the design table has of it: a quaternion w x y z for a rotation, the
+    elements xx yy zz xy xz yz of an inertia, the components of a vector. value: checked."""
+    if shape == NUMBER:
+        return cast(float, timed(value))
+    if shape == INERTIA:
+        return inertia_of(cast(Inertia, value))
+    if shape == ROTATION and (isinstance(value, Section) or has_rows(value)):
+        return so3.to_quaternion(rotation_of(cast(Rotation, value)))
+    assert isinstance(value, list)
+    return tuple(map(timed, value))
+
+
+def _parameter(tokens: list[paths.Token], parameters: Parameters) -> float:
     """The nominal value of a parameter that is a number."""
     name = str(tokens[1]) if len(tokens) == 2 else paths.text_of(tokens[1:])
     listed = [x for x in parameters.numbers if x.startswith(f"{name}[")]

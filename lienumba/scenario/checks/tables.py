@@ -1,7 +1,7 @@
 """What formulas do with tables: whether these are long enough, and whether steps can land on their points."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from lienumba.mechanics.tolerances import SAME_TIME_RTOL
 from lienumba.numerics.expressions import Formula
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import Tokens
+from lienumba.scenario.base.problems import Report
 from lienumba.scenario.checks.drivers import check_function
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.words import show
@@ -18,11 +19,8 @@ from lienumba.words import show
 CHOICES = 'outside = "hold" or 0'
 UNSAID = (None, ERROR)  # with which a table must not be read outside of its points
 
-if TYPE_CHECKING:
-    from lienumba.scenario.base.problems import Report
 
-
-def check_tables(parameters: Parameters, report: "Report") -> None:
+def check_tables(parameters: Parameters, report: Report) -> None:
     """Check what reads tables at the times of the run, with the nominal parameters."""
     if report.times is None:
         return
@@ -63,7 +61,7 @@ def check_samples(parameters: Parameters, samples: Mapping[str, Any], labels: Se
             raise ScenarioError.at(f"tables.{name}", rule, remedy)
 
 
-def check_range(table: Table, first: float, last: float, at: str, reads: str, report: "Report") -> None:
+def check_range(table: Table, first: float, last: float, at: str, reads: str, report: Report) -> None:
     """Whether a table may be read from the first to the last argument. reads: who reads it, in words."""
     if table.outside not in UNSAID:
         return

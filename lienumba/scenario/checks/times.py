@@ -2,16 +2,13 @@
 
 from collections import Counter
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lienumba.scenario.base import timegrid
+from lienumba.scenario.base.problems import Report
 from lienumba.scenario.schema.output import Output
 from lienumba.scenario.schema.scenario import Integrator
-
-if TYPE_CHECKING:
-    from lienumba.scenario.base.problems import Report
 
 MOST_STORED = 1_000_000  # times: a state of one body takes half a gigabyte then
 MOST_SAMPLES = 1_000_000  # of a course of noise, or of a law
@@ -19,7 +16,7 @@ MOST_TIMES = 200_000  # at which a formula is looked at
 WITHOUT_GRID = 20_000  # of these, where steps choose their length
 
 
-def check_times(integrator: Integrator, output: Output | None, report: "Report") -> None:
+def check_times(integrator: Integrator, output: Output | None, report: Report) -> None:
     """Check the step against the run and the stored times against both; output None is passed over."""
     if integrator.step is None:
         _check_output(integrator, output, False, report)
@@ -45,7 +42,7 @@ def check_times(integrator: Integrator, output: Output | None, report: "Report")
     _check_output(integrator, output, steps is not None, report)
 
 
-def _check_output(integrator: Integrator, output: Output | None, end_fits: bool, report: "Report") -> None:
+def _check_output(integrator: Integrator, output: Output | None, end_fits: bool, report: Report) -> None:
     if output is None:
         return
     if output.every is not None and output.times is not None:
@@ -69,7 +66,7 @@ def looked_at(integrator: Integrator) -> np.ndarray | None:
     return np.linspace(0.0, integrator.end_time, round(points) + 1)
 
 
-def check_samples(at: str, interval: float, report: "Report") -> bool:
+def check_samples(at: str, interval: float, report: Report) -> bool:
     """Whether a run can have so many samples."""
     end = 0.0 if report.times is None else float(report.times[-1])
     fits = end / interval <= MOST_SAMPLES
@@ -83,7 +80,7 @@ def check_samples(at: str, interval: float, report: "Report") -> bool:
     return fits
 
 
-def _check_every(integrator: Integrator, every: float, end_fits: bool, report: "Report") -> None:
+def _check_every(integrator: Integrator, every: float, end_fits: bool, report: Report) -> None:
     step, end = integrator.step, integrator.end_time
     if every > end * (1 + timegrid.TOLERANCE):
         report.add(
@@ -116,7 +113,7 @@ def _check_every(integrator: Integrator, every: float, end_fits: bool, report: "
         )
 
 
-def _check_listed(integrator: Integrator, times: list[float], report: "Report") -> None:
+def _check_listed(integrator: Integrator, times: list[float], report: Report) -> None:
     step, end = integrator.step, integrator.end_time
     for index, time in enumerate(times):
         if not 0.0 <= time <= end * (1 + timegrid.TOLERANCE):

@@ -1,16 +1,48 @@
-"""What runs are wanted to do: the list [[requirements]]."""
+"""Measures and requirements as data: numbers of whole runs, and what runs shall do."""
 
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
-from lienumba.errors import Problem
+from lienumba.errors import BadValueError, Problem
 from lienumba.keys.types import Number, Section
-from lienumba.scenario.schema.measures import Words
-from lienumba.scenario.schema.stop import Share
+from lienumba.scenario.schema.sweep import Share
+
+LONGEST = 60  # characters of a name
+FORBIDDEN = '."[]/'  # in names, which are those of variables and stand in paths
+
 
 LIMITS = ("below", "above", "between")
+
+
+def words(name: str) -> str:
+    """A name of words; a BadValueError if it is none."""
+    if not name.strip() or name != name.strip() or not name.isprintable() or set(name) & set(FORBIDDEN):
+        raise BadValueError("is no valid name", 'give words without ".", "[", "]", "/" and quotes')
+    return name
+
+
+Words = Annotated[str, Field(strict=True, max_length=LONGEST), AfterValidator(words)]
+
+
+class Measure(Section):
+    """A number that each run has as a whole."""
+
+    name: Words = Field(description='the name of the variable in the dataset: words such as "settling" or "worst tilt"')
+    value: str | None = Field(
+        default=None,
+        description='a formula with reducers, such as "max(pointing.angle, t > 5)" or "last_time(pointing.angle > '
+        '0.1*deg)" (or give function)',
+    )
+    function: str | None = Field(
+        default=None,
+        description='instead of value, a file and a function in it, "reducers.py:roughness", of the courses at the '
+        "times of the output: its arguments are t (s) and names of quantities, with _ for a point",
+    )
+    units: str | None = Field(
+        default=None, max_length=40, description='its units, such as "rad" (or omit it: they follow from the formula)'
+    )
 
 
 class Requirement(Section):
@@ -33,7 +65,6 @@ class Requirement(Section):
     )
 
     def faults(self) -> Iterator[Problem]:
-        """What is wrong with its numbers together; places are its keys."""
         given = [key for key in LIMITS if getattr(self, key) is not None]
         if not given:
             yield Problem("", "has no limit", "give below, above or between")

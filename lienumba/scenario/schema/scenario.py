@@ -4,11 +4,12 @@ What one key says about another (names, step and interval, rotations) is in `che
 also the remedy in its error messages, which read "give <description>".
 """
 
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, WithJsonSchema, create_model
 
-from lienumba.errors import BadValueError
+from lienumba.errors import BadValueError, Problem
 from lienumba.integrators.methods import DEFAULT, DEFAULT_PAIR, METHODS
 from lienumba.integrators.methods.charts import GROUPS, JOINT
 from lienumba.integrators.methods.comparators import COORDINATES
@@ -41,9 +42,8 @@ from lienumba.mechanics.elements.noise import NoiseType
 from lienumba.mechanics.elements.quantities import NOISES, QUANTITIES
 from lienumba.mechanics.elements.quantities.base import QuantityType
 from lienumba.mechanics.system.projection import WEIGHTS
-from lienumba.scenario.schema.measures import Measure
 from lienumba.scenario.schema.output import Output
-from lienumba.scenario.schema.requirements import Requirement
+from lienumba.scenario.schema.requirements import Measure, Requirement
 from lienumba.scenario.schema.shapes import SHAPES, AnyShapes
 from lienumba.scenario.schema.sweep import Sweep
 from lienumba.scenario.schema.tables import TableSection
@@ -154,6 +154,15 @@ class StartSection(create_model("From", __base__=Section, **{"from": _FROM})):  
     )
     run: int | None = Field(default=None, description="the label of its run (or omit it: the first)")
     time: Number | None = Field(default=None, description="a stored time of it in s (or omit it: the last)")
+
+    def faults(self) -> Iterator[Problem]:
+        """The velocities of an equilibrium are its own."""
+        if self.resting and self.qd:
+            rule = "has no meaning where each run starts in its equilibrium, whose velocities follow"
+            yield Problem("qd", rule, "leave it out, or give start.rotation instead", self.qd)
+        if self.rotation is not None and not self.resting:
+            rule = "has no meaning without an equilibrium"
+            yield Problem("rotation", rule, 'give from = "equilibrium"', self.rotation)
 
     @property
     def resting(self) -> bool:

@@ -20,9 +20,8 @@ from lienumba.mechanics.elements.limits import Limit
 from lienumba.mechanics.elements.quantities import NOISES, QUANTITIES
 from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, usual
 from lienumba.scenario.base import paths
-from lienumba.scenario.schema.measures import Measure
 from lienumba.scenario.schema.output import Output, outputs_described
-from lienumba.scenario.schema.requirements import Requirement
+from lienumba.scenario.schema.requirements import Measure, Requirement
 from lienumba.scenario.schema.scenario import (
     Absolute,
     Body,
@@ -30,7 +29,6 @@ from lienumba.scenario.schema.scenario import (
     ModelSection,
     Projection,
     ScenarioData,
-    Standing,
     StartSection,
     StartState,
     Study,
@@ -38,8 +36,7 @@ from lienumba.scenario.schema.scenario import (
     methods_described,
 )
 from lienumba.scenario.schema.shapes import SHAPES
-from lienumba.scenario.schema.stop import Stop
-from lienumba.scenario.schema.sweep import Correlation, Sweep, samplers_described
+from lienumba.scenario.schema.sweep import Correlation, Stop, Sweep, samplers_described
 from lienumba.sweep.distributions.registry import DISTRIBUTIONS
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.samplers.importance import Proposal
@@ -98,7 +95,7 @@ def _derive() -> None:
     Event.model_fields["action"].description = described()
     variables = Output.model_fields["variables"]
     variables.default, variables.description = usual(), outputs_described()
-    for section in (Event, Integrator, Output, Sweep, ModelSection, ScenarioData):  # those that hold others behind these
+    for section in (Event, Integrator, Output, Sweep, ModelSection, ScenarioData):  # holders of others are last
         section.model_rebuild(force=True)
     SECTIONS.clear()
     SECTIONS.update(_sections())

@@ -4,13 +4,13 @@ A type is one class: its fields are its keys, its `surface` is what is drawn. `S
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
-from lienumba.errors import BadValueError
+from lienumba.errors import BadValueError, Problem, missing
 from lienumba.keys.choices import OneOf
 from lienumba.keys.conversions import rotation_of
 from lienumba.keys.registry import Registry, literal
@@ -116,6 +116,18 @@ class Long(Shape):
         vertices, faces = self.surface()
         return vertices @ _towards(second - first).T + 0.5 * (first + second), faces
 
+    def faults(self) -> Iterator[Problem]:
+        """Either a length, or both ends, which say all of where it is."""
+        if self.ends is None:
+            if self.length is None:
+                yield missing("length", "give the length in m along z, or ends = [[0, 0, 0], [0, 0, 1]]")
+            return
+        for key in ("length", "position", "rotation"):
+            if key in self.model_fields_set and getattr(self, key) not in (None, ZERO):
+                yield Problem(key, "the ends say already where it is", "leave out either this or ends")
+        if not self.extent > 0.0:
+            yield Problem("ends", "are one point", "give two points, or a sphere", self.ends)
+
     @property
     def extent(self) -> float:
         """From one end to the other in m."""
@@ -151,6 +163,10 @@ class Mesh(Shape):
     data: Annotated[str, AfterValidator(_mesh)] | None = Field(
         default=None, description="the mesh itself, as lienumba keeps it (give a file instead)"
     )
+
+    def faults(self) -> Iterator[Problem]:
+        if self.data is None:
+            yield missing("file", f"give {Mesh.model_fields['file'].description}")
 
     def surface(self) -> Surface:
         assert self.data is not None, "read when the scenario was loaded"

@@ -1,12 +1,13 @@
 """The section [sweep] as data."""
 
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import Field
 
+from lienumba.errors import Problem, missing
 from lienumba.keys.choices import NameOf
-from lienumba.keys.types import Section
-from lienumba.scenario.schema.stop import Stop
+from lienumba.keys.types import Count, Positive, Section
 from lienumba.sweep import samplers
 from lienumba.sweep.distributions.base import Finite
 from lienumba.sweep.distributions.registry import AnyDistribution
@@ -14,7 +15,37 @@ from lienumba.sweep.samplers import SAMPLERS
 from lienumba.sweep.samplers.importance import Proposal
 from lienumba.sweep.table import SampleTable
 
+Share = Annotated[float, Field(strict=True, gt=0.0, lt=1.0)]
+
+
 MOST_RUNS = 2**31  # labels are int32 in files
+
+
+class Stop(Section):
+    """The sweep ends where the confidence interval of a statistic over its runs is narrow enough."""
+
+    variable: str = Field(
+        description="a number that the dataset has for each run, such as pointing.angle_max, which output.summary asks "
+        "for, event_time.impact, energy_lost, or max_energy_drift",
+    )
+    statistic: Literal["mean", "quantile"] = Field(default="mean", description='"mean" or "quantile"')
+    probability: Share | None = Field(
+        default=None, description="the part of the quantile, between 0 and 1: 0.95 is what 95 % of the runs stay below"
+    )
+    width: Positive = Field(
+        description="the width of the confidence interval, from end to end, in the variable's unit, above 0"
+    )
+    confidence: Share = Field(default=0.95, description="that of the interval, between 0 and 1")
+    every: Count = Field(
+        default=100, description="a whole number of runs after which it is decided, each time, at least 1"
+    )
+
+    def faults(self) -> Iterator[Problem]:
+        if self.statistic == "quantile" and self.probability is None:
+            yield missing("probability", "give that of the quantile, such as 0.95")
+        if self.statistic == "mean" and self.probability is not None:
+            remedy = 'leave it out, or give statistic = "quantile"'
+            yield Problem("probability", "has no meaning for a mean", remedy, self.probability)
 
 
 class Correlation(Section):

@@ -32,7 +32,7 @@ from lienumba.mechanics.tolerances import SAME_TIME_RTOL
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import function_of
-from lienumba.scenario.checks.methods import may_change
+from lienumba.scenario.checks.integrator import may_change
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.scenario import Body, ModelSection, StartSection, StartState
 from lienumba.scenario.start.code import check_derivatives, code_of, tried

@@ -10,13 +10,13 @@ from lienumba.keys.formulas import LARGEST
 from lienumba.mechanics.elements import joints
 from lienumba.mechanics.elements.drivers import type_of
 from lienumba.mechanics.elements.joints import JOINTS
+from lienumba.mechanics.elements.joints.keys import PARALLEL, sine
 from lienumba.mechanics.mechanism.kinematics import Instant, still
 from lienumba.mechanics.mechanism.model import Joint, Model, Start
 from lienumba.mechanics.start import joint_frames
 from lienumba.mechanics.start.assembly import Assembly, Condition
 from lienumba.mechanics.system import rank
 from lienumba.numerics.number import Number
-from lienumba.scenario.checks.joints import PARALLEL, sine
 from lienumba.words import listed
 
 POSE, TWIST = ("position", "rotation"), ("velocity", "angular_velocity")

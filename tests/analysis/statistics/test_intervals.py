@@ -8,7 +8,7 @@ from scipy import stats
 import lienumba
 from lienumba.analysis import mean_interval, proportion_interval, quantile_interval
 from lienumba.engine.stopping import interval
-from lienumba.scenario.schema.stop import Stop
+from lienumba.scenario.schema.sweep import Stop
 
 TRIALS = 4000
 

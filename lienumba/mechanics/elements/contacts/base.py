@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from pydantic import Discriminator, Field, Tag, WithJsonSchema
 
 from lienumba.errors import Problem
-from lienumba.keys.conversions import vec3
+from lienumba.keys.conversions import undirected, vec3
 from lienumba.keys.facts import Unit
 from lienumba.keys.registry import Registry, literal
 from lienumba.keys.types import (
@@ -158,7 +158,6 @@ class ContactType(Section):
             )
 
     def faults(self) -> Iterator[Problem]:
-        """What is wrong with its numbers together; places are its keys."""
         if isinstance(self.friction, Coefficients) and self.friction.static < self.friction.kinetic:
             rule = f"must be at least kinetic = {show(self.friction.kinetic)}"
             yield Problem("friction.static", rule, "exchange the two, or give one number", self.friction.static)
@@ -171,6 +170,8 @@ class ContactType(Section):
             else:
                 rule, remedy = "is of a contact with stiffness, and this one is rigid", "give stiffness, too"
             yield Problem(key, rule, f"leave it out, or {remedy}", getattr(self, key))
+        for key in type(self).model_fields.keys() & {"normal", "axis"}:
+            yield from undirected(key, getattr(self, key))
 
 
 CONTACTS: Registry[type[ContactType]] = Registry("contact", literal("type"))

@@ -7,13 +7,12 @@ radians; or, on the velocity level, quasi-velocities. The effort along a coordin
 `lienumba.mechanics.system.applied_forces`.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
-from lienumba.errors import Problem
 from lienumba.groups import so3
 from lienumba.keys.conversions import timed, vec3
 from lienumba.keys.facts import facts
@@ -128,10 +127,6 @@ class ForceLaw(Section):
     def at_start(cls, force: Force, view: View) -> Vector | None:
         """What the start decides of it, where it is not given."""
         return None
-
-    def faults(self) -> Iterator[Problem]:
-        """What is wrong with its numbers together; places are its keys."""
-        return iter(())
 
     def to_model(self, names: Names) -> Force:
         """The force of the model."""

@@ -1,14 +1,21 @@
 """A force law of the user's own, written in Python."""
 
+import re
+from collections.abc import Iterator
+from keyword import iskeyword
 from typing import Literal
 
 from pydantic import Field
 
+from lienumba.errors import Problem
 from lienumba.keys.conversions import timed
-from lienumba.keys.types import OR_FORMULA, Count, Number, Positive, Timed
+from lienumba.keys.types import NAME, NAME_RULE, OR_FORMULA, Count, Number, Positive, Timed
 from lienumba.mechanics.elements.forces.base import FORCES, ForceLaw
 from lienumba.mechanics.elements.names import Names
 from lienumba.mechanics.mechanism.model import Force
+from lienumba.words import show
+
+MOST = 2000  # numbers in the memory of a law: more take too long to compile
 
 
 @FORCES.add
@@ -32,6 +39,19 @@ class PythonForce(ForceLaw):
     every: Positive | None = Field(
         default=None, description="the interval in s at which it is sampled, above 0 (or omit it: at every time)"
     )
+
+    def faults(self) -> Iterator[Problem]:
+        yield from super().faults()
+        if self.returns == "potential" and (self.states or self.memory or self.every is not None):
+            yield Problem("", "a potential energy has neither states nor samples", "leave states, memory and every out")
+        if self.memory and self.every is None:
+            yield Problem("memory", "only a sampled law has a memory", "give every, or keep its numbers in states")
+        if (size := sum((self.memory or {}).values())) > MOST:
+            yield Problem("memory", f"has more than {MOST:,} numbers", "keep fewer", size)
+        for key in ("states", "memory"):
+            for name in getattr(self, key) or ():
+                if not re.fullmatch(NAME, name) or iskeyword(name):
+                    yield Problem(key, f"{show(name)} is no valid name", f"give {NAME_RULE}")
 
     def to_model(self, names: Names) -> Force:
         code = names.code(

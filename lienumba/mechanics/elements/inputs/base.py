@@ -110,7 +110,6 @@ class InputType(Readable):
 
     # ---------------------------------------------------------------- keys
     def faults(self) -> Iterator[Problem]:
-        """What is wrong with its keys together; places are its keys."""
         yield from faulty_limits(self.limit, self.limits)
         if isinstance(self.limit, float | int) and self.limit < 0.0:
             yield Problem("limit", "must be at least 0", "give its size without a sign", self.limit)

@@ -1,14 +1,20 @@
 """Keys that several types of joints have, with what follows from having them."""
 
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
+from lienumba.errors import Problem, missing
+from lienumba.keys.conversions import has_direction, norm, undirected
 from lienumba.keys.facts import Unit
 from lienumba.keys.types import BodyPair, NotNegative, Number, Two, Vec3
 from lienumba.mechanics.elements.joints.base import JointType
 from lienumba.mechanics.elements.names import Names
+from lienumba.words import show
 
+PARALLEL = 1e-6  # sine of the angle below which two directions count as parallel
+OWN_POINTS = "give two points in m, each with 3 numbers in the frame of its own body"
 PAIR = "two directions, each with 3 numbers in the frame of its own body"
 OneOrTwo = Annotated[list[Vec3], Field(min_length=1, max_length=2)]
 
@@ -37,11 +43,24 @@ class AtPoints(Between):
     def example_keys(cls) -> dict[str, Any]:
         return {**super().example_keys(), "points": [[0.0, 0.0, -0.3], [-0.1, 0.2, 0.4]]}
 
+    def faults(self) -> Iterator[Problem]:
+        yield from super().faults()
+        if self.points is None and not isinstance(self, Placed):
+            yield missing("points", OWN_POINTS)
+
 
 class Placed(AtPoints):
     at: Annotated[Vec3 | None, Unit("m")] = Field(
         default=None, description="the common point in m in the global frame at the start, instead of points"
     )
+
+    def faults(self) -> Iterator[Problem]:
+        yield from super().faults()
+        if self.points is None and self.at is None:
+            yield missing("points", f"{OWN_POINTS}, or at = [x, y, z] in the global frame at the start")
+        elif self.points is not None and self.at is not None:
+            remedy = "give either points (in the bodies' own frames) or at (in the global frame at the start)"
+            yield Problem("at", "the joint has points already", remedy, self.at)
 
 
 class WithAxes(JointType):
@@ -55,6 +74,38 @@ class WithAxes(JointType):
     @classmethod
     def example_keys(cls) -> dict[str, Any]:
         return {**super().example_keys(), "axes": cls.example_axes}
+
+    def faults(self) -> Iterator[Problem]:
+        """Directions are given once, and are directions; those that count angles lie across the axes."""
+        yield from super().faults()
+        given = dict(self)
+        axes, axis = given["axes"], given["axis"]
+        if axes is not None and axis is not None:
+            remedy = "give either axes (in the bodies' own frames) or axis (in the global frame at the start)"
+            yield Problem("axis", "the joint has axes already", remedy, axis)
+        if axes is None and axis is None and self.needs_axes:
+            yield missing("axes", f"give {self.axes_form}, or axis = {self.axis_form} in the global frame at the start")
+        for key in ("axes", "axis", "references"):
+            value = given.get(key)
+            for at, v in [(f"{key}[{i}]", v) for i, v in enumerate(value)] if _rows(value) else [(key, value)]:
+                yield from undirected(at, v)
+        if _rows(axis) and all(map(has_direction, axis)) and sine(*axis) < PARALLEL:
+            remedy = "give the direction in each of the two bodies"
+            yield Problem("axis", "the two directions are parallel and must be perpendicular", remedy, axis)
+        for i, (along, across) in enumerate(zip(axes or (), given.get("references") or (), strict=False)):
+            if has_direction(along) and has_direction(across) and sine(along, across) < PARALLEL:
+                rule = f"is parallel to the axis {show(along)}"
+                yield Problem(f"references[{i}]", rule, "give a direction across it", across)
+
+
+def _rows(value: Any) -> bool:
+    return bool(value) and isinstance(value[0], list)
+
+
+def sine(a: Sequence[float], b: Sequence[float]) -> float:
+    """Of the angle between two vectors."""
+    p, q = ([x / norm(v) for x in v] for v in (a, b))
+    return norm([p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]])
 
 
 class OneAxis(WithAxes):

@@ -5,13 +5,12 @@ Its level says what it needs: the positions (0), the velocities (1), or the acce
 only an observer has. Rates are derived by jets (`lienumba.mechanics.mechanism.kinematics`).
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
-from lienumba.errors import Problem
 from lienumba.keys.facts import facts
 from lienumba.keys.registry import Registry, literal
 from lienumba.keys.types import NAME_RULE, Name, Section
@@ -153,10 +152,6 @@ class QuantityType(Readable):
     def sketch(cls, table: Mapping[str, Any], joints: Sequence[str], drivers: Sequence[str]) -> Quantity | None:
         """As much of it as tells its parts and their levels, from keys not yet checked; None if they do not."""
         return Quantity(str(table.get("name")), str(table["type"]), (0,))
-
-    def faults(self) -> Iterator[Problem]:
-        """What is wrong with its keys together; places are its keys."""
-        return iter(())
 
     def to_model(self, names: Names) -> Quantity:
         """The quantity of the model."""

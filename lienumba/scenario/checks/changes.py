@@ -1,20 +1,86 @@
-"""What is wrong with what events do: whether it can ever be done, whether others contradict it; one sentence each."""
+"""What is wrong with what changes a mechanism: limits, contacts, what events do; one sentence each."""
 
 import ast
 
+from lienumba.mechanics.elements.contacts import CONTACTS
 from lienumba.mechanics.elements.events import ENGAGE, LOCK, RELEASE, UNLOCK, Event
 from lienumba.mechanics.elements.joints import JOINTS
+from lienumba.mechanics.elements.limits import Limit
 from lienumba.mechanics.elements.locks import lockable, whole
-from lienumba.scenario.base.problems import Report, placed, read
+from lienumba.scenario.base.problems import Report, check_name, names_of, placed, read
 from lienumba.scenario.base.toml import Keys
-from lienumba.scenario.checks.changes.named import no_coordinate, type_of
-from lienumba.scenario.checks.joints import Tables
+from lienumba.scenario.checks.joints import Tables, check_two_bodies
 from lienumba.scenario.checks.quantities import Lists
+from lienumba.scenario.formulas.measures import is_formula
 from lienumba.scenario.formulas.parameters import Parameters
-from lienumba.words import show, suggestion
+from lienumba.words import listed, printable, show, suggestion
 
 OPPOSITE = {LOCK.name: UNLOCK.name, RELEASE.name: ENGAGE.name}
 AGAINST = {*OPPOSITE.items(), (RELEASE.name, LOCK.name)}
+
+
+def changing(lists: Lists) -> str:
+    """What of a scenario asks for places between the ends of steps, as it is written; "" if nothing does."""
+    if lists["events"]:
+        return "[[events]]"
+    if lists["measures"] or any(is_formula(str(x.get("value"))) for x in lists["requirements"]):
+        return "[[measures]]" if lists["measures"] else "[[requirements]]"
+    if lists["limits"]:
+        return "[[model.limits]]"
+    if any("stiffness" not in contact for contact in lists["contacts"]):
+        return "[[model.contacts]]"
+    return "friction with static" if any("static" in force for force in lists["forces"]) else ""
+
+
+def switching(lists: Lists) -> str:
+    """What of a scenario turns constraints on and off; "" if nothing does."""
+    if any(event.get("action") in (*OPPOSITE, *OPPOSITE.values()) for event in lists["events"]):
+        return "[[events]]"
+    if any(joint.get("locked") is True for joint in lists["joints"]):
+        return "locked = true"
+    return changing({**lists, "events": [], "measures": [], "requirements": []})
+
+
+def sliding(lists: Lists) -> bool:
+    """Whether a rigid contact may slide with friction."""
+    return any("stiffness" not in contact and contact.get("friction", 0) != 0 for contact in lists["contacts"])
+
+
+def check_limit(place: str, table: Keys, joints: Tables, report: Report) -> None:
+    """Check one limit with all joints by name."""
+    limit = report.element(place, Limit, table)
+    if limit is None:
+        return
+    kind = type_of(place, limit.joint, joints, report)
+    if kind is None:
+        return
+    having = [] if whole(kind) else [x.name for x in lockable(kind)]
+    if not having:
+        rule = f"is a {kind} joint, which has no coordinate to limit"
+        other = [name for name, table in joints.items() if _limited(table)]
+        report.add(f"{place}.joint", rule, f"joints that have one are {listed(other)}" if other else "", limit.joint)
+    elif limit.coordinate is None and len(having) > 1:
+        names = " or ".join(f'"{name}"' for name in having)
+        report.miss(f"{place}.coordinate", f"give {names}", f"{limit.joint} is a {kind} joint, which has {len(having)}")
+    elif limit.coordinate is not None and limit.coordinate not in having:
+        no_coordinate(place, limit.joint, kind, limit.coordinate, having, report)
+
+
+def _limited(joint: Keys) -> bool:
+    kind = str(joint.get("type"))
+    return kind in JOINTS and not whole(kind) and bool(lockable(kind))
+
+
+def check_contact(place: str, table: Keys, bodies: list[str], joints: Tables, report: Report) -> None:
+    """Check one contact against the names of all bodies and joints."""
+    kind = CONTACTS.get(str(table.get("type")))
+    if kind is None:
+        return
+    check_two_bodies(place, table.get("bodies"), bodies, report)
+    contact = report.element(place, kind, table)
+    if contact is not None and contact.name in joints:
+        at, rule = f"{place}.name", f"is also the name of model.joints.{contact.name}"
+        report.add(at, rule, "give another name", contact.name)
 
 
 def check_events(lists: Lists, parameters: Parameters, report: Report) -> None:
@@ -155,3 +221,15 @@ def _check_waiting(acting: list[Event], lists: Lists, report: Report) -> None:
             if driver.get("joint") == joint["name"]:
                 rule = "is not active at the start, and nothing says what its driver does until then"
                 report.add(f"model.drivers.{driver.get('name')}.joint", rule, "drive it by a force", joint["name"])
+
+
+def type_of(place: str, name: str, joints: Tables, report: Report) -> str | None:
+    """The type of a joint by its name; None, and a problem, where there is none."""
+    check_name(f"{place}.joint", name, names_of(joints.values()), "a joint", report)
+    kind = joints.get(name, {}).get("type")
+    return kind if isinstance(kind, str) and kind in JOINTS else None
+
+
+def no_coordinate(place: str, name: str, kind: str, given: str, having: list[str], report: Report) -> None:
+    remedy = suggestion(given, having) if len(having) > 1 else f'give "{having[0]}", or leave it out'
+    report.add(f"{place}.coordinate", f"{name} is a {kind} joint, which has no {printable(given)}", remedy, given)

@@ -1,1 +1,0 @@
-"""What is wrong with what changes a mechanism: limits, contacts, what events do."""

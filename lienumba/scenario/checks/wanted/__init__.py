@@ -1,1 +1,0 @@
-"""What is wanted of runs: requirements, and when there are runs enough."""
