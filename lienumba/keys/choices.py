@@ -54,7 +54,8 @@ class _Tagged:
 
 @cache
 def _adapter(section: type[BaseModel], tag: str, by: By) -> TypeAdapter[Any]:
-    return TypeAdapter(Annotated[section, _Tagged(tag, by)])
+    tagged: Any = Annotated[section, _Tagged(tag, by)]
+    return TypeAdapter(tagged)
 
 
 @dataclass(frozen=True)

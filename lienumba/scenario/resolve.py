@@ -341,7 +341,7 @@ def _resolved(raw: Keys, problems: list[Problem], file: Path | None, elsewhere: 
         data = ScenarioData.model_validate(raw)
     except ValidationError as error:
         found += messages.problems(error, raw)
-    report = check_scenario(raw, parameters)
+    report = check_scenario(raw, data, parameters)
     problems += [*wrong, *map(parameters.explain, found + report.problems)]
     if problems or data is None:
         raise ScenarioError(*problems)

@@ -3,11 +3,13 @@
 Where there is no `motion` to name it, a form is known by its keys: a driver of a joint has the key `joint`.
 """
 
+from collections.abc import Iterator
 from math import hypot
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
+from lienumba.errors import Problem
 from lienumba.groups import so3
 from lienumba.keys.conversions import timed, timed3, vec3
 from lienumba.keys.facts import Unit, facts
@@ -167,6 +169,15 @@ class JointDriver(DriverType):
     @classmethod
     def fits(cls, table: dict[str, Any]) -> bool:
         return "joint" in table and not ("body" in table and "motion" in table)
+
+    def faults(self) -> Iterator[Problem]:
+        if (self.value is None) == (self.rate is None):
+            yield Problem(
+                "",
+                "has neither value nor rate" if self.value is None else "has both value and rate",
+                "give either value (the coordinate itself) or rate (its speed) as a number or a formula of t, such as "
+                '"0.3*sin(2*t)"',
+            )
 
     @classmethod
     def sketch(cls, name: str, table: dict[str, Any], kinds: tuple[str, ...]) -> Driver:

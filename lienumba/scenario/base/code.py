@@ -86,12 +86,7 @@ def beside(raw: Keys, stem: str) -> tuple[dict[str, Any], dict[str, str]]:
     """The scenario with its files as files beside its own, whose name begins with stem, and their texts by name."""
     files = table_in(raw, "files")
     names = {file: f"{stem}_{file}" for file in files}
-
-    def renamed(place: str, function: object) -> Any:
-        file, _, name = str(function).rpartition(":")
-        return f"{names[file]}:{name}" if file in names else function
-
-    rest: dict[str, Any] = {key: x for key, x in _with_functions(raw, renamed).items() if key != "files"}
+    rest: dict[str, Any] = {key: x for key, x in _renamed(raw, names).items() if key != "files"}
     return rest, {names[file]: str(text) for file, text in files.items()}
 
 
@@ -101,12 +96,17 @@ def without_clash(raw: Keys, taken: object) -> Keys:
     if not isinstance(files, dict) or not isinstance(taken, dict):
         return raw
     names = {file: _free(file, text, taken) for file, text in files.items()}
+    return {**_renamed(raw, names), "files": {names[file]: text for file, text in files.items()}}
 
-    def renamed(place: str, function: object) -> Any:
+
+def _renamed(raw: Keys, names: Mapping[str, str]) -> Keys:
+    """The scenario with other names for files, in what names functions of them."""
+
+    def named(place: str, function: object) -> Any:
         file, _, name = str(function).rpartition(":")
         return f"{names[file]}:{name}" if file in names else function
 
-    return {**_with_functions(raw, renamed), "files": {names[file]: text for file, text in files.items()}}
+    return _with_functions(raw, named)
 
 
 def _with_functions(raw: Keys, change: Callable[[str, Any], Any]) -> Keys:

@@ -87,9 +87,11 @@ def unique_name(items: Sequence[object], index: int) -> str | None:
 
 
 def read(section: type[S] | None, raw: object) -> S | None:
-    """A section as its class has it; None where it is wrong in itself."""
+    """A section as its class has it; None where it is wrong in itself. raw: as it is written, or such a section."""
     if section is None:
         return None
+    if isinstance(raw, section):
+        return raw
     try:
         return section.model_validate(raw)
     except ValidationError:

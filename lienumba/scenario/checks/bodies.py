@@ -31,9 +31,8 @@ def check_body(place: str, body: Body, coordinates: str | None, report: Report) 
     if body.guess is not None:
         check_rotation(f"{place}.guess.rotation", body.guess.rotation, report)
         for key in body.guess.model_fields_set & body.model_fields_set:
-            report.add(
-                f"{place}.guess.{key}", f"the body has a {key} already, which is held", "leave one of the two out"
-            )
+            rule = f"the body has a {key} already, which is held"
+            report.add(f"{place}.guess.{key}", rule, "leave one of the two out")
 
 
 def check_bases(bodies: list[Keys], names: list[str], report: Report) -> None:
@@ -54,20 +53,14 @@ def check_bases(bodies: list[Keys], names: list[str], report: Report) -> None:
             base = bases[base]
         if base == name and name not in circles:
             circles.update(seen)
-            around = " -> ".join([*seen, name])
-            report.add(
-                at, f"goes around in a circle, {around}", "give one of these bodies relative to the ground", value
-            )
+            rule = f"goes around in a circle, {' -> '.join([*seen, name])}"
+            report.add(at, rule, "give one of these bodies relative to the ground", value)
 
 
 def _check_massless(place: str, body: Body, coordinates: str | None, report: Report) -> None:
     if coordinates not in (None, JOINT):
-        report.add(
-            f"{place}.mass",
-            f'must be above 0 with integrator.coordinates = "{coordinates}"',
-            f'give the mass in kg, or coordinates = "{JOINT}"',
-            body.mass,
-        )
+        rule = f'must be above 0 with integrator.coordinates = "{coordinates}"'
+        report.add(f"{place}.mass", rule, f'give the mass in kg, or coordinates = "{JOINT}"', body.mass)
     elif body.inertia is not None and np.abs(tensor_of(body.inertia)).max() > 0.0:
         report.add(f"{place}.inertia", "belongs to no mass, which is 0", "leave it out, or give a mass", body.inertia)
 
@@ -78,12 +71,8 @@ def _check_inertia(place: str, value: Inertia, report: Report) -> None:
     if skew.max() > SYMMETRIC * np.abs(tensor).max():
         row, column = sorted(int(i) for i in np.unravel_index(int(skew.argmax()), (3, 3)))
         upper, lower = float(tensor[row, column]), float(tensor[column, row])
-        report.add(
-            at,
-            f"is not symmetric, [{row}][{column}] is {upper!r} and [{column}][{row}] is {lower!r}",
-            "make them equal, or give the 6 elements xx yy zz xy xz yz",
-            value,
-        )
+        rule = f"is not symmetric, [{row}][{column}] is {upper!r} and [{column}][{row}] is {lower!r}"
+        report.add(at, rule, "make them equal, or give the 6 elements xx yy zz xy xz yz", value)
         return
     if np.abs(tensor).max() < SMALLEST:
         report.add(at, f"must be above {SMALLEST:g}", "give it in kg m^2", value)
@@ -91,22 +80,11 @@ def _check_inertia(place: str, value: Inertia, report: Report) -> None:
     moments = np.linalg.eigvalsh(tensor)
     principal = ", ".join(f"{moment:.6g}" for moment in moments)
     if not moments[0] > 1e-14 * np.abs(moments).max():
-        report.add(
-            at,
-            f"is not positive definite, its principal moments are {principal} and must all be above 0",
-            "check the signs, and the order xx yy zz xy xz yz of 6 elements",
-            value,
-        )
+        rule = f"is not positive definite, its principal moments are {principal} and must all be above 0"
+        report.add(at, rule, "check the signs, and the order xx yy zz xy xz yz of 6 elements", value)
     elif moments[2] > (moments[0] + moments[1]) * (1 + 1e-9):
-        report.warn(
-            at,
-            (
-                f"no rigid body has the principal moments {principal}, the largest exceeds the sum of the other "
-                "two (triangle inequality)"
-            ),
-            "check that they are about the mass centre",
-            value,
-        )
+        rule = f"no rigid body has the principal moments {principal}, the largest exceeds the sum of the other two"
+        report.warn(at, f"{rule} (triangle inequality)", "check that they are about the mass centre", value)
 
 
 def check_rotation(at: str, rotation: object, report: Report) -> None:
@@ -133,12 +111,8 @@ def _check_angles(at: str, angles: list[float], report: Report) -> None:
 def _check_quaternion(at: str, quaternion: list[Any], report: Report) -> None:
     length = norm(quaternion)
     if not 1e-100 < length < 1e100:
-        report.add(
-            at,
-            f"is a quaternion of length {length:g}",
-            "give [w, x, y, z] of length 1, such as [1, 0, 0, 0] for no rotation",
-            quaternion,
-        )
+        remedy = "give [w, x, y, z] of length 1, such as [1, 0, 0, 0] for no rotation"
+        report.add(at, f"is a quaternion of length {length:g}", remedy, quaternion)
     elif abs(length - 1.0) > ORTHOGONAL:
         report.warn(at, f"has length {length:.6g}, is scaled to length 1", value=quaternion)
 
@@ -147,19 +121,11 @@ def _check_matrix(at: str, rows: list[list[float]], report: Report) -> None:
     matrix = np.array(rows)
     error = float(np.abs(matrix @ matrix.T - np.eye(3)).max())
     if error > ORTHOGONAL:
-        report.add(
-            at,
-            f"is not orthogonal, R R^T differs from the unit matrix by {error:.2g} and may by {ORTHOGONAL:g}",
-            "give more digits, a quaternion, {axis, angle} or {euler, angles}",
-            rows,
-        )
+        rule = f"is not orthogonal, R R^T differs from the unit matrix by {error:.2g} and may by {ORTHOGONAL:g}"
+        report.add(at, rule, "give more digits, a quaternion, {axis, angle} or {euler, angles}", rows)
     elif np.linalg.det(matrix) < 0:
-        report.add(
-            at,
-            "is a reflection (determinant -1), not a rotation",
-            "make its determinant +1, for instance by changing the sign of one axis",
-            rows,
-        )
+        remedy = "make its determinant +1, for instance by changing the sign of one axis"
+        report.add(at, "is a reflection (determinant -1), not a rotation", remedy, rows)
 
 
 def check_shapes(place: str, shapes: list[Shape] | None, report: Report) -> None:

@@ -22,23 +22,15 @@ def check_driver(place: str, driver: dict[str, Any], bodies: list[str], joints: 
     kind = DRIVERS[form]
     if "body" in kind.model_fields:
         check_driven_body(place, driver.get("body"), bodies, report)
-    checked = read(kind, driver)
+    checked = report.element(place, kind, driver)
     if checked is None:
         return
     for key, level in checked.prescribed().items():
         value = getattr(checked, key)
         check_start(f"{place}.{key}", value, 3 if level == POSITION else 2, report)
         check_jumps(f"{place}.{key}", value, level != POSITION, report)
-    if not isinstance(checked, JointDriver):
-        return
-    find_coordinate(place, "joint", checked.joint, "coordinate", checked.coordinate, joints, report)
-    if (checked.value is None) == (checked.rate is None):
-        report.add(
-            place,
-            "has neither value nor rate" if checked.value is None else "has both value and rate",
-            "give either value (the coordinate itself) or rate (its speed) as a number or a formula of t, such as "
-            '"0.3*sin(2*t)"',
-        )
+    if isinstance(checked, JointDriver):
+        find_coordinate(place, "joint", checked.joint, "coordinate", checked.coordinate, joints, report)
 
 
 def check_start(at: str, value: Any, orders: int, report: Report) -> None:

@@ -45,11 +45,8 @@ def check_force(place: str, force: Keys, bodies: list[str], joints: Tables, repo
                 _check_sign(at, x, number.sign, report)
     effective = [key for key, number in checked.numbers().items() if number.effective]
     if effective and not checked.model_fields_set.intersection(effective):
-        report.warn(
-            place,
-            f"has neither {' nor '.join(effective)}, so it does nothing",
-            "give one of them, or remove the force",
-        )
+        rule = f"has neither {' nor '.join(effective)}, so it does nothing"
+        report.warn(place, rule, "give one of them, or remove the force")
 
 
 def _check_coordinate(place: str, name: str, force: AlongJoint, joints: Tables, report: Report) -> None:
@@ -61,12 +58,8 @@ def _check_coordinate(place: str, name: str, force: AlongJoint, joints: Tables, 
     if wanted in coordinate_kinds(type_of_joint):
         report.add(f"{place}.coordinate", f"a {name} acts on {a_wanted}", f'give "{wanted}"', found[1])
     else:
-        report.add(
-            f"{place}.joint",
-            f"is a {type_of_joint} joint, which has no {wanted} for a {name} to act on",
-            force.otherwise,
-            force.joint,
-        )
+        rule = f"is a {type_of_joint} joint, which has no {wanted} for a {name} to act on"
+        report.add(f"{place}.joint", rule, force.otherwise, force.joint)
 
 
 def _check_own(place: str, force: PythonForce, report: Report) -> None:
@@ -74,12 +67,8 @@ def _check_own(place: str, force: PythonForce, report: Report) -> None:
     if isinstance(force.every, float | int):
         check_samples(f"{place}.every", float(force.every), report)
     if force.states and is_taken(force.name):
-        report.add(
-            f"{place}.name",
-            "its states are stored by this name, which the dataset has already",
-            "give another name",
-            force.name,
-        )
+        rule = "its states are stored by this name, which the dataset has already"
+        report.add(f"{place}.name", rule, "give another name", force.name)
     if force.states and force.name == INPUTS:
         report.add(
             f"{place}.name", "formulas would read its states by the name of the inputs", "give another name", INPUTS

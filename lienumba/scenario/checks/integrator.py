@@ -49,66 +49,46 @@ def damping_of(integrator: Integrator) -> float | None:
 def check_integrator(integrator: Integrator, report: Report) -> bool:
     """Check how steps are made; whether it is clear."""
     given = [key for key in BOUNDS if getattr(integrator, key) is not None]
-    before = len(report.problems)
+    before, end = len(report.problems), integrator.end_time
     if integrator.step is None and integrator.tolerance is None:
         report.miss(
             "integrator.step",
-            (
-                "give the time step in s, above 0, or integrator.tolerance, the error of one step, with one of "
-                f"{', '.join(pairs())}"
-            ),
+            "give the time step in s, above 0, or integrator.tolerance, the error of one step, with one of "
+            f"{', '.join(pairs())}",
         )
     elif integrator.step is not None and integrator.tolerance is not None:
         report.add("", "integrator.step and integrator.tolerance are both given", "leave one of them out")
     elif integrator.tolerance is None:
+        rule = f"bounds steps that a tolerance chooses, but integrator.step = {integrator.step!r} gives them"
         for key in given:
-            report.add(
-                f"integrator.{key}",
-                f"bounds steps that a tolerance chooses, but integrator.step = {integrator.step!r} gives them",
-                "leave it out, or give integrator.tolerance instead",
-                getattr(integrator, key),
-            )
+            _wrong(integrator, key, rule, "leave it out, or give integrator.tolerance instead", report)
     else:
         _check_bounds(integrator, given, report)
     for key in ("step", "max_step"):
         step = getattr(integrator, key)
-        if step is not None and integrator.end_time / step > MOST_STEPS:
-            report.add(
-                f"integrator.{key}",
-                (
-                    f"asks for {integrator.end_time / step:.2g} steps until integrator.end_time = "
-                    f"{integrator.end_time!r}, at most {MOST_STEPS:,} are possible"
-                ),
-                "give a longer one",
-                step,
-            )
+        if step is not None and end / step > MOST_STEPS:
+            rule = f"asks for {end / step:.2g} steps until integrator.end_time = {end!r}"
+            _wrong(integrator, key, f"{rule}, at most {MOST_STEPS:,} are possible", "give a longer one", report)
     return len(report.problems) == before
+
+
+def _wrong(integrator: Integrator, key: str, rule: str, remedy: str, report: Report) -> None:
+    report.add(f"integrator.{key}", rule, remedy, getattr(integrator, key))
 
 
 def _check_bounds(integrator: Integrator, given: list[str], report: Report) -> None:
     if method_of(integrator) not in pairs():
-        report.add(
-            "integrator.tolerance",
-            f'the method "{integrator.method}" does not estimate its error',
-            f"take {listed(pairs(), 'or')}, or give integrator.step instead",
-        )
+        rule = f'the method "{integrator.method}" does not estimate its error'
+        report.add("integrator.tolerance", rule, f"take {listed(pairs(), 'or')}, or give integrator.step instead")
     steps = {key: float(getattr(integrator, key)) for key in given}
     for key, step in steps.items():
         if step > integrator.end_time:
-            report.add(
-                f"integrator.{key}",
-                f"is longer than the run, integrator.end_time = {integrator.end_time!r}",
-                "give a shorter one",
-                step,
-            )
+            rule = f"is longer than the run, integrator.end_time = {integrator.end_time!r}"
+            report.add(f"integrator.{key}", rule, "give a shorter one", step)
     for shorter, longer in (("min_step", "max_step"), ("min_step", "first_step"), ("first_step", "max_step")):
         if shorter in steps and longer in steps and steps[shorter] > steps[longer]:
-            report.add(
-                f"integrator.{shorter}",
-                f"is longer than integrator.{longer} = {steps[longer]!r}",
-                "give a shorter one",
-                steps[shorter],
-            )
+            rule = f"is longer than integrator.{longer} = {steps[longer]!r}"
+            report.add(f"integrator.{shorter}", rule, "give a shorter one", steps[shorter])
 
 
 def may_change(integrator: Integrator) -> bool:
@@ -116,65 +96,39 @@ def may_change(integrator: Integrator) -> bool:
     return integrator.coordinates not in COORDINATES and not METHODS[integrator.method].composed
 
 
-def check_method(integrator: Integrator, changing: str, switching: str, slides: bool, report: Report) -> None:
+def check_method(integrator: Integrator, changing: str, slides: bool, report: Report) -> None:
     """dexpinv and the group belong to exponential coordinates; a method of several exponentials has no dexpinv; neither
-    it nor other coordinates have a continuous extension. changing: what asks for one, beside a tolerance;
-    switching: what turns constraints on and off; slides: whether contacts do, with friction."""
-    chosen, value = "integrator.coordinates", integrator.coordinates
-    as_vectors, method = value in COORDINATES, METHODS[integrator.method]
-    whose = "joints" if value == JOINT else "rotations alone"
-    if value != "lie" and integrator.group != R3xSO3.__name__:
-        report.add(
-            chosen,
-            f'are coordinates of {whose}, not of integrator.group = "{integrator.group}"',
-            "leave one of the two out",
-            value,
-        )
-    if as_vectors and method.composed:
-        report.add(
-            chosen,
-            f'have no exponentials for integrator.method = "{method.name}" to compose',
-            f'give the method "{method.flat}", which it is in a vector space',
-            value,
-        )
+    it nor other coordinates have a continuous extension. changing: what asks for one, beside a tolerance; slides:
+    whether rigid contacts do, with friction."""
+    value, method = integrator.coordinates, METHODS[integrator.method]
+    as_vectors, both = value in COORDINATES, "leave one of the two out"
     between = "integrator.tolerance" if integrator.tolerance is not None else changing
+    if value != "lie" and integrator.group != R3xSO3.__name__:
+        whose = "joints" if value == JOINT else "rotations alone"
+        rule = f'are coordinates of {whose}, not of integrator.group = "{integrator.group}"'
+        _wrong(integrator, "coordinates", rule, both, report)
+    if as_vectors and method.composed:
+        rule = f'have no exponentials for integrator.method = "{method.name}" to compose'
+        remedy = f'give the method "{method.flat}", which it is in a vector space'
+        _wrong(integrator, "coordinates", rule, remedy, report)
     if between and as_vectors:
-        report.add(
-            chosen,
-            f"says where a body is at the ends of given steps only, but {between} asks for more",
-            f'give "lie", or leave {between} out',
-            value,
-        )
+        rule = f"says where a body is at the ends of given steps only, but {between} asks for more"
+        _wrong(integrator, "coordinates", rule, f'give "lie", or leave {between} out', report)
     if changing and between == changing and method.composed:
-        report.add(
-            "integrator.method",
-            f"says where a body is at the ends of steps only, but {changing} asks for more",
-            f'give "{method.flat}", or leave {changing} out',
-            method.name,
-        )
+        rule = f"says where a body is at the ends of steps only, but {changing} asks for more"
+        _wrong(integrator, "method", rule, f'give "{method.flat}", or leave {changing} out', report)
     _check_series(integrator, slides, report)
-    _check_damping(integrator, report)
+    if integrator.rho_infinity is not None and method.name != GENERALIZED_ALPHA.name:
+        rule = f'is that of the method "{GENERALIZED_ALPHA.name}", not of "{method.name}"'
+        _wrong(integrator, "rho_infinity", rule, "leave it out, or give that method", report)
     if method.implicit and as_vectors:
-        report.add(
-            chosen,
-            f'has no implicit steps, as integrator.method = "{method.name}" makes them',
-            'give "lie" or "joint", or an explicit method',
-            value,
-        )
-    if integrator.dexpinv is None:
-        return
-    given = integrator.dexpinv
-    if as_vectors:
-        report.add(
-            "integrator.dexpinv", f"is not used with {chosen} = {show(value)}", "leave one of the two out", given
-        )
-    if method.composed:
-        report.add(
-            "integrator.dexpinv",
-            f'is not used by integrator.method = "{method.name}", which needs none',
-            "leave it out",
-            given,
-        )
+        rule = f'has no implicit steps, as integrator.method = "{method.name}" makes them'
+        _wrong(integrator, "coordinates", rule, 'give "lie" or "joint", or an explicit method', report)
+    if integrator.dexpinv is not None and as_vectors:
+        _wrong(integrator, "dexpinv", f"is not used with integrator.coordinates = {show(value)}", both, report)
+    if integrator.dexpinv is not None and method.composed:
+        rule = f'is not used by integrator.method = "{method.name}", which needs none'
+        _wrong(integrator, "dexpinv", rule, "leave it out", report)
 
 
 def _check_series(integrator: Integrator, slides: bool, report: Report) -> None:
@@ -183,75 +137,29 @@ def _check_series(integrator: Integrator, slides: bool, report: Report) -> None:
     method = METHODS[integrator.method]
     if not method.series:
         if integrator.order is not None:
-            report.add(
-                "integrator.order",
-                f'is that of a series, but the method "{method.name}" has one of its own: {method.order}',
-                f'leave it out, or give the method "{TAYLOR.name}"',
-                integrator.order,
-            )
+            rule = f'is that of a series, but the method "{method.name}" has one of its own: {method.order}'
+            _wrong(integrator, "order", rule, f'leave it out, or give the method "{TAYLOR.name}"', report)
         return
     if slides and integrator.step is not None:
-        report.add(
-            "integrator.step",
-            f'is too long for the method "{method.name}" where [[model.contacts]] with friction begin or end to slide',
-            "give integrator.tolerance instead, or another method",
-            integrator.step,
+        rule = (
+            f'is too long for the method "{method.name}" where [[model.contacts]] with friction begin or end to slide'
         )
-    own = {"group": R3xSO3.__name__, "coordinates": "lie", "dexpinv": None}
-    for key, default in own.items():
-        value = getattr(integrator, key)
-        if value not in (default, JOINT):
-            report.add(
-                f"integrator.{key}",
-                f'makes no difference to integrator.method = "{method.name}", the series of the state itself',
-                "leave it out",
-                value,
-            )
-
-
-def _check_damping(integrator: Integrator, report: Report) -> None:
-    if integrator.rho_infinity is not None and integrator.method != GENERALIZED_ALPHA.name:
-        report.add(
-            "integrator.rho_infinity",
-            f'is that of the method "{GENERALIZED_ALPHA.name}", not of "{integrator.method}"',
-            "leave it out, or give that method",
-            integrator.rho_infinity,
-        )
+        _wrong(integrator, "step", rule, "give integrator.tolerance instead, or another method", report)
+    for key, default in {"group": R3xSO3.__name__, "coordinates": "lie", "dexpinv": None}.items():
+        if getattr(integrator, key) not in (default, JOINT):
+            rule = f'makes no difference to integrator.method = "{method.name}", the series of the state itself'
+            _wrong(integrator, key, rule, "leave it out", report)
 
 
 def check_projection(projection: Projection, integrator: Integrator | None, switching: str, report: Report) -> None:
-    """Violations are damped or projected; chords are of projected positions, and neither they nor the embedded form are
-    of joints. switching: what turns constraints on and off, if anything does."""
-    if switching:
-        turned = f"is not for constraints that are turned on and off, as {switching} asks for"
-        if projection.chord:
-            report.add("projection.chord", turned, "leave it out", True)
-        if projection.position == "embedded":
-            report.add("projection.position", turned, 'give "local" or "none"', projection.position)
-        if projection.baumgarte is not None:
-            report.add("projection.baumgarte", turned, "leave it out", projection.baumgarte)
-    if integrator is not None and integrator.coordinates == JOINT:
-        joints, remedy = f'is not for integrator.coordinates = "{JOINT}", which projects joints', "leave it out"
-        if projection.chord:
-            report.add("projection.chord", joints, remedy, True)
-        if projection.position == "embedded":
-            report.add("projection.position", joints, 'give "local" or "none"', projection.position)
-    if projection.chord and projection.position == "none":
-        report.add(
-            "projection.chord",
-            'is for projected positions, and projection.position = "none" projects none',
-            'leave it out, or give position = "local" or "embedded"',
-            True,
-        )
-    projected = [
-        f'projection.{key} = "{value}"'
-        for key, value in (("position", projection.position), ("velocity", projection.velocity))
-        if value != "none"
-    ]
-    if projection.baumgarte is not None and projected:
-        report.add(
-            "projection.baumgarte",
-            f"damps violations instead of projecting, against {' and '.join(projected)}",
-            'give position = "none" and velocity = "none", or leave baumgarte out',
-            projection.baumgarte,
-        )
+    """Neither chords nor the embedded form are of joints, and none of the three of what is turned on and off.
+    switching: what turns constraints on and off, if anything does."""
+    turned = f"is not for constraints that are turned on and off, as {switching} asks for"
+    joints = f'is not for integrator.coordinates = "{JOINT}", which projects joints'
+    for rule, holds in ((turned, switching), (joints, integrator is not None and integrator.coordinates == JOINT)):
+        if holds and projection.chord:
+            report.add("projection.chord", rule, "leave it out", True)
+        if holds and projection.position == "embedded":
+            report.add("projection.position", rule, 'give "local" or "none"', projection.position)
+    if switching and projection.baumgarte is not None:
+        report.add("projection.baumgarte", turned, "leave it out", projection.baumgarte)

@@ -118,12 +118,8 @@ def find_coordinate(
     kinds = coordinate_kinds(type_of_joint)
     if not kinds:
         types = ", ".join(kind for kind, own in JOINTS.items() if own.coordinate_kinds)
-        report.add(
-            at,
-            f"is a {type_of_joint} joint, which has no coordinate",
-            f"joints with an angle or a displacement are {types}",
-            name,
-        )
+        rule = f"is a {type_of_joint} joint, which has no coordinate"
+        report.add(at, rule, f"joints with an angle or a displacement are {types}", name)
         return None
     its = f"{name} is a {type_of_joint} joint, which has"
     if kind is None and len(suiting := [x for x in kinds if x in among]) == 1:

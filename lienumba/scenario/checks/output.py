@@ -68,12 +68,8 @@ def check_output(output: Output, lists: Lists, parameters: Parameters, report: R
     if output.full_runs is None:
         return
     if output.mode == "full":
-        report.add(
-            "output.full_runs",
-            'has no meaning in the mode "full", which stores the course of all runs',
-            'give mode = "summary", or leave it out',
-            output.full_runs,
-        )
+        rule = 'has no meaning in the mode "full", which stores the course of all runs'
+        report.add("output.full_runs", rule, 'give mode = "summary", or leave it out', output.full_runs)
     try:
         parse_ranges(output.full_runs, f"output.full_runs = {show(output.full_runs)}")
     except ScenarioError as error:

@@ -31,12 +31,8 @@ def check_sampler(sweep: Keys, vary: Mapping[str, Distribution], model: Keys, re
         used = sampler.dimensions(sum(kind.dimensions for kind in vary.values()))
         if sampler.most_dimensions is not None and used > sampler.most_dimensions:
             others = sorted(x.name for x in SAMPLERS.values() if x.most_dimensions is None and not x.from_table)
-            report.add(
-                "sweep.sampler",
-                f"has at most {sampler.most_dimensions} dimensions, but sweep.vary needs {used}",
-                f"take {listed(map(show, others), 'or')}",
-                sampler.name,
-            )
+            rule = f"has at most {sampler.most_dimensions} dimensions, but sweep.vary needs {used}"
+            report.add("sweep.sampler", rule, f"take {listed(map(show, others), 'or')}", sampler.name)
     _check_correlations(sweep, sampler, vary, model, report)
     _check_proposals(sweep, sampler, vary, model, report)
 
@@ -52,10 +48,8 @@ def _check_proposals(
         remedy = 'give { "path" = { shift = 2.0 } } for one input at least'
         report.miss("sweep.proposal", remedy)
     if given and not sampler.weighted:
-        report.add(
-            "sweep.sampler", "takes no proposals", f'give sampler = "{IMPORTANCE.name}", or take sweep.proposal out',
-            sampler.name,
-        )  # fmt: skip
+        remedy = f'give sampler = "{IMPORTANCE.name}", or take sweep.proposal out'
+        report.add("sweep.sampler", "takes no proposals", remedy, sampler.name)
     streams = {name: kind for path, kind in vary.items() for name in kind.streams(path)}
     seen: dict[str, str] = {}
     for path in given:
@@ -81,12 +75,8 @@ def _check_rows(sampler: Sampler, row: int, inputs: int, runs: object, report: R
         report.add("sweep.sampler", "no distribution varies", "give at least two", sampler.name)
     elif isinstance(runs, int) and runs % row:
         below = runs - runs % row
-        report.add(
-            "sweep.runs",
-            f'must be a multiple of {row} for the sampler "{sampler.name}" with {inputs} inputs that vary',
-            f"give {' or '.join(str(n) for n in (below, below + row) if n)}",
-            runs,
-        )
+        rule = f'must be a multiple of {row} for the sampler "{sampler.name}" with {inputs} inputs that vary'
+        report.add("sweep.runs", rule, f"give {' or '.join(str(n) for n in (below, below + row) if n)}", runs)
 
 
 def _check_correlations(
@@ -100,11 +90,8 @@ def _check_correlations(
         if group is None:
             continue
         if sampler is not None and sampler.independent:
-            report.add(
-                at,
-                f'the sampler "{sampler.name}" is for inputs that vary independently',
-                f'leave the correlation out, or take "{GROWING}"',
-            )
+            rule = f'the sampler "{sampler.name}" is for inputs that vary independently'
+            report.add(at, rule, f'leave the correlation out, or take "{GROWING}"')
         for number, path in enumerate(group.paths):
             here = f"{at}.paths[{number}]"
             try:
@@ -174,12 +161,8 @@ def check_table(sweep: Keys, vary: Mapping[str, Distribution], report: Report) -
             report.add(f'sweep.vary."{path}".column', "there is no table", remedy)
         return
     if not given:
-        report.add(
-            "sweep.sampler",
-            "takes nothing from sweep.table",
-            f'give sampler = "{TABLE.name}", or leave the table out',
-            sampler,
-        )
+        remedy = f'give sampler = "{TABLE.name}", or leave the table out'
+        report.add("sweep.sampler", "takes nothing from sweep.table", remedy, sampler)
     table = read(SampleTable, raw)
     if table is None:
         return
@@ -225,9 +208,5 @@ def _check_table_rows(sweep: Keys, table: SampleTable, report: Report) -> None:
     runs = sweep.get("runs", 1)
     if isinstance(runs, int) and runs > table.end():
         last = "rows" if table.runs is None else "as the end of its column run"
-        report.add(
-            "sweep.runs",
-            f"sweep.table has only {table.end()} {last}",
-            "give at most that many, or leave runs out",
-            runs,
-        )
+        rule = f"sweep.table has only {table.end()} {last}"
+        report.add("sweep.runs", rule, "give at most that many, or leave runs out", runs)

@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 
-from lienumba.keys.types import NAME
+from lienumba.keys.types import NAME, Section
 from lienumba.scenario.base import paths
 from lienumba.scenario.base.paths import INPUTS, JUDGING, LISTS, REQUIREMENTS
 from lienumba.scenario.base.problems import GROUND, Report, names_of, placed, read, tables
@@ -22,48 +22,58 @@ from lienumba.scenario.checks.tables import check_tables
 from lienumba.scenario.checks.times import check_times, looked_at
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.schema.output import Output
-from lienumba.scenario.schema.scenario import Body, Gravity, Integrator, Projection, Standing, StartSection
+from lienumba.scenario.schema.scenario import (
+    Body,
+    Gravity,
+    Integrator,
+    Projection,
+    ScenarioData,
+    Standing,
+    StartSection,
+)
 from lienumba.scenario.schema.sections import section_of
 from lienumba.scenario.schema.sweep import Stop
 from lienumba.words import listed
 
 
-def check_scenario(raw: Keys, parameters: Parameters) -> Report:
-    """Check a scenario's keys against each other; what is wrong in itself is passed over (see `messages`)."""
-    report = Report()
+def check_scenario(raw: Keys, data: ScenarioData | None, parameters: Parameters) -> Report:
+    """Check a scenario's keys against each other; what is wrong in itself is passed over (see `messages`). data: the
+    scenario, None where something is; raw: as it is written."""
+    report, sections = Report(), raw if data is None else dict(data)
     model = raw.get("model")
     model = model if isinstance(model, dict) else {}
     lists = {kind: tables(model.get(kind)) for kind in LISTS}
     for kind, items in lists.items():
         _check_names(kind, items, report)
-    integrator = read(Integrator, raw.get("integrator"))
+    integrator = read(Integrator, sections.get("integrator"))
     if integrator is not None:
         report.times = looked_at(integrator)
-        check_method(integrator, changing(lists), switching(lists), sliding(lists), report)
-    projection = read(Projection, raw.get("projection", {}))
+        check_method(integrator, changing(lists), sliding(lists), report)
+    projection = report.element("projection", Projection, sections.get("projection", {}))
     if projection is not None:
         check_projection(projection, integrator, switching(lists), report)
     named = all(_named(items) for kind, items in lists.items() if kind not in JUDGING) and bool(lists["bodies"])
     if named:
         _check_model(lists, table_in(model, INPUTS), report)
         check_events(lists, parameters, report)
-        start = report.element("start", StartSection, model.get("start", {}))
+        start = report.element("start", StartSection, model["start"]) if "start" in model else None
         if start is not None:
             check_coordinates(start.q, start.qd, lists["joints"], report)
     check_tables(parameters, report)
-    gravity = read(Gravity, {"gravity": model["gravity"]} if "gravity" in model else {})
+    gravity = read(Gravity, _alone(Gravity, model) if data is None else data.model)
+    standing = read(Standing, _alone(Standing, model) if data is None else data.model)
     if gravity is not None:
         check_start("model.gravity", gravity.gravity, 1, report)
-    for place, body in placed("bodies", lists["bodies"]):
+    bodies = lists["bodies"] if data is None else data.model.bodies
+    for (place, _), body in zip(placed("bodies", lists["bodies"]), bodies, strict=True):
         checked = read(Body, body)
         if checked is not None:
             check_body(place, checked, None if integrator is None else integrator.coordinates, report)
             check_shapes(f"{place}.shapes", checked.shapes, report)
-    standing = read(Standing, {key: x for key, x in model.items() if key in Standing.model_fields})
     if standing is not None:
         check_shapes("model.ground_shapes", standing.ground_shapes, report)
     if integrator is not None:
-        output = read(Output, raw.get("output", {}))
+        output = read(Output, sections.get("output", {}))
         if check_integrator(integrator, report):
             check_times(integrator, output, report)
         if output is not None:
@@ -84,6 +94,11 @@ def check_scenario(raw: Keys, parameters: Parameters) -> Report:
             report.add(REQUIREMENTS, "a study compares settings and judges no runs", "leave them out")
         check_study(study, raw.get("output"), model, names_of(lists["bodies"]), parameters, report)
     return report
+
+
+def _alone(section: type[Section], table: Keys) -> Keys:
+    """The keys of a section out of a table that has those of others."""
+    return {key: x for key, x in table.items() if key in section.model_fields}
 
 
 def _check_model(lists: dict[str, list[Keys]], inputs: Keys, report: Report) -> None:

@@ -51,12 +51,8 @@ def check_study(
     events = model.get("events")
     for event in events if isinstance(events, list) else []:
         if isinstance(event, dict) and ends_run(event.get("action")):
-            report.add(
-                f"model.events.{event.get('name')}.action",
-                "a study compares motions to their end",
-                'give "record"',
-                event["action"],
-            )
+            at = f"model.events.{event.get('name')}.action"
+            report.add(at, "a study compares motions to their end", 'give "record"', event["action"])
     output = output if isinstance(output, dict) else {}
     for key in ("mode", "summary", "full_runs", "precision"):
         if output.get(key) not in (None, {}, "full", "float64"):
@@ -100,11 +96,8 @@ def _check_setting(at: str, key: str, report: Report) -> None:
     elif not dot and key not in known:
         report.add(f"{at}.{_shown(key)}", "", suggestion(key, [*known, "file", *STATE]), verb=UNKNOWN)
     elif dot and root not in SETTINGS:
-        report.add(
-            f"{at}.{_shown(key)}",
-            "is not a setting of integrator or projection, and a reference solves the same problem",
-            "leave it out",
-        )
+        rule = "is not a setting of integrator or projection, and a reference solves the same problem"
+        report.add(f"{at}.{_shown(key)}", rule, "leave it out")
 
 
 def numerical(tokens: list[paths.Token]) -> bool:

@@ -31,15 +31,9 @@ def check_tables(parameters: Parameters, report: Report) -> None:
         reads = f"{at} = {show(formula.text)} reads it"
         check_range(table, float(x.min()), float(x.max()), f"tables.{name}", reads, report)
         if table.knots and not argument.is_line(parameters.quantities | parameters.tables.keys()):
-            report.warn(
-                at,
-                (
-                    f"steps cannot land on the points of {name}, because its argument is no straight line in t, so "
-                    "the order of the method may be lost there"
-                ),
-                "use a cubic table, or small steps",
-                formula.text,
-            )
+            rule = f"steps cannot land on the points of {name}, because its argument is no straight line in t"
+            lost = "so the order of the method may be lost there"
+            report.warn(at, f"{rule}, {lost}", "use a cubic table, or small steps", formula.text)
     for tokens, formula in parameters.places.items():
         if tokens[0] == "drivers" and not parameters.follows(formula) and parameters.reads(formula):
             at = paths.written(tokens)

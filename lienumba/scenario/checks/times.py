@@ -23,23 +23,20 @@ def check_times(integrator: Integrator, output: Output | None, report: Report) -
         return
     step, end = integrator.step, integrator.end_time
     if step > end:
-        report.add(
-            "integrator.step", f"is longer than the run, integrator.end_time = {end!r}", "give a shorter step", step
-        )
+        rule = f"is longer than the run, integrator.end_time = {end!r}"
+        report.add("integrator.step", rule, "give a shorter step", step)
         return
     steps = timegrid.count(end, step)
     if steps is None:
         durations = [end] if output is None or output.every is None else [end, output.every]
-        report.add(
-            "integrator.end_time",
-            f"is not a whole number of steps of integrator.step = {step!r}",
-            (
-                f"the nearest step that fits is {timegrid.nearest_divisor(durations, step):.12g}, the nearest "
-                f"end_time {timegrid.nearest_multiple(end, step):.12g}"
-            ),
-            end,
-        )
+        nearest = f"the nearest end_time {timegrid.nearest_multiple(end, step):.12g}"
+        remedy = f"the nearest step that fits is {timegrid.nearest_divisor(durations, step):.12g}, {nearest}"
+        report.add("integrator.end_time", _no_steps(step), remedy, end)
     _check_output(integrator, output, steps is not None, report)
+
+
+def _no_steps(step: float) -> str:
+    return f"is not a whole number of steps of integrator.step = {step!r}"
 
 
 def _check_output(integrator: Integrator, output: Output | None, end_fits: bool, report: Report) -> None:
@@ -71,70 +68,39 @@ def check_samples(at: str, interval: float, report: Report) -> bool:
     end = 0.0 if report.times is None else float(report.times[-1])
     fits = end / interval <= MOST_SAMPLES
     if not fits:
-        report.add(
-            at,
-            f"makes {end / interval:.3g} samples until {end:g} s, at most {MOST_SAMPLES:,} are possible",
-            "give a longer interval, or end the run earlier",
-            interval,
-        )
+        rule = f"makes {end / interval:.3g} samples until {end:g} s, at most {MOST_SAMPLES:,} are possible"
+        report.add(at, rule, "give a longer interval, or end the run earlier", interval)
     return fits
 
 
 def _check_every(integrator: Integrator, every: float, end_fits: bool, report: Report) -> None:
-    step, end = integrator.step, integrator.end_time
+    at, step, end = "output.every", integrator.step, integrator.end_time
     if every > end * (1 + timegrid.TOLERANCE):
-        report.add(
-            "output.every", f"is longer than the run, integrator.end_time = {end!r}", "give a shorter interval", every
-        )
+        rule = f"is longer than the run, integrator.end_time = {end!r}"
+        report.add(at, rule, "give a shorter interval", every)
     elif end / every > MOST_STORED:
-        report.add(
-            "output.every",
-            (
-                f"stores {end / every:.3g} states until integrator.end_time = {end!r}, at most {MOST_STORED:,} "
-                "are possible"
-            ),
-            "give a longer interval, or output.times",
-            every,
-        )
+        rule = f"stores {end / every:.3g} states until integrator.end_time = {end!r}"
+        remedy = "give a longer interval, or output.times"
+        report.add(at, f"{rule}, at most {MOST_STORED:,} are possible", remedy, every)
     elif step is not None and timegrid.count(every, step) is None:
-        report.add(
-            "output.every",
-            f"is not a whole number of steps of integrator.step = {step!r}",
-            (
-                f"the nearest step that fits is {timegrid.nearest_divisor([every, end], step):.12g}, the nearest "
-                f"interval {timegrid.nearest_multiple(every, step):.12g}"
-            ),
-            every,
-        )
+        nearest = f"the nearest interval {timegrid.nearest_multiple(every, step):.12g}"
+        remedy = f"the nearest step that fits is {timegrid.nearest_divisor([every, end], step):.12g}, {nearest}"
+        report.add(at, _no_steps(step), remedy, every)
     elif (end_fits or step is None) and timegrid.count(end, every) is None:
         last = timegrid.stored_times(end, every)[-1]
-        report.warn(
-            "output.every", f"does not divide integrator.end_time = {end!r}", f"the last stored time is {last!r}", every
-        )
+        report.warn(at, f"does not divide integrator.end_time = {end!r}", f"the last stored time is {last!r}", every)
 
 
 def _check_listed(integrator: Integrator, times: list[float], report: Report) -> None:
     step, end = integrator.step, integrator.end_time
     for index, time in enumerate(times):
+        at = f"output.times[{index}]"
         if not 0.0 <= time <= end * (1 + timegrid.TOLERANCE):
-            report.add(
-                f"output.times[{index}]",
-                "lies outside the run",
-                f"give a time from 0 to integrator.end_time = {end!r}",
-                time,
-            )
+            report.add(at, "lies outside the run", f"give a time from 0 to integrator.end_time = {end!r}", time)
         elif time and step is not None and timegrid.count(time, step) is None:
-            report.add(
-                f"output.times[{index}]",
-                f"is not a whole number of steps of integrator.step = {step!r}",
-                f"the nearest time that fits is {timegrid.nearest_multiple(time, step):.12g}",
-                time,
-            )
-    for index, (before, after) in enumerate(pairwise(times)):
+            remedy = f"the nearest time that fits is {timegrid.nearest_multiple(time, step):.12g}"
+            report.add(at, _no_steps(step), remedy, time)
+    for index, (before, after) in enumerate(pairwise(times), 1):
         if min(after, end) <= before:
-            report.add(
-                f"output.times[{index + 1}]",
-                f"does not come after {before!r}",
-                "give the times in ascending order",
-                after,
-            )
+            rule = f"does not come after {before!r}"
+            report.add(f"output.times[{index}]", rule, "give the times in ascending order", after)

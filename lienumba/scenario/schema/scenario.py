@@ -325,6 +325,17 @@ class Projection(Section):
         "(or omit it: no damping)",
     )
 
+    def faults(self) -> Iterator[Problem]:
+        """Violations are damped or projected; chords are of projected positions."""
+        if self.chord and self.position == "none":
+            rule = 'is for projected positions, and projection.position = "none" projects none'
+            yield Problem("chord", rule, 'leave it out, or give position = "local" or "embedded"', True)
+        projected = [f'projection.{x} = "{y}"' for x in ("position", "velocity") if (y := getattr(self, x)) != "none"]
+        if self.baumgarte is not None and projected:
+            rule = f"damps violations instead of projecting, against {' and '.join(projected)}"
+            remedy = 'give position = "none" and velocity = "none", or leave baumgarte out'
+            yield Problem("baumgarte", rule, remedy, self.baumgarte)
+
 
 class Study(Section):
     """A grid instead of samples: every point is the scenario with other settings, compared with a reference."""

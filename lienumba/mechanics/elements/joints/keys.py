@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from lienumba.errors import Problem, missing
-from lienumba.keys.conversions import has_direction, norm, undirected
+from lienumba.keys.conversions import has_direction, has_rows, norm, undirected
 from lienumba.keys.facts import Unit
 from lienumba.keys.types import BodyPair, NotNegative, Number, Two, Vec3
 from lienumba.mechanics.elements.joints.base import JointType
@@ -86,20 +86,16 @@ class WithAxes(JointType):
         if axes is None and axis is None and self.needs_axes:
             yield missing("axes", f"give {self.axes_form}, or axis = {self.axis_form} in the global frame at the start")
         for key in ("axes", "axis", "references"):
-            value = given.get(key)
-            for at, v in [(f"{key}[{i}]", v) for i, v in enumerate(value)] if _rows(value) else [(key, value)]:
+            value: Any = given.get(key)
+            for at, v in [(f"{key}[{i}]", v) for i, v in enumerate(value)] if has_rows(value) else [(key, value)]:
                 yield from undirected(at, v)
-        if _rows(axis) and all(map(has_direction, axis)) and sine(*axis) < PARALLEL:
+        if has_rows(axis) and all(map(has_direction, axis)) and sine(*axis) < PARALLEL:
             remedy = "give the direction in each of the two bodies"
             yield Problem("axis", "the two directions are parallel and must be perpendicular", remedy, axis)
         for i, (along, across) in enumerate(zip(axes or (), given.get("references") or (), strict=False)):
             if has_direction(along) and has_direction(across) and sine(along, across) < PARALLEL:
                 rule = f"is parallel to the axis {show(along)}"
                 yield Problem(f"references[{i}]", rule, "give a direction across it", across)
-
-
-def _rows(value: Any) -> bool:
-    return bool(value) and isinstance(value[0], list)
 
 
 def sine(a: Sequence[float], b: Sequence[float]) -> float:
