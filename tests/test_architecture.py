@@ -286,7 +286,7 @@ def test_commands_that_must_answer_at_once_load_nothing_heavy(arguments):
         f"import sys\nfrom lienumba.cli import app\ntry: app([{arguments}])\n"
         "except SystemExit as end: assert not end.code\nprint(sorted(set(sys.modules) & set(sys.argv[1:])))"
     )
-    late = HEAVY if "validate" in arguments else HEAVY | {"numpy"}
+    late = HEAVY | ({"lienumba.batch.integrate"} if "validate" in arguments else {"numpy"})  # runs nothing
     done = subprocess.run(
         [sys.executable, "-c", code, *late], cwd=PACKAGE.parent, capture_output=True, text=True, check=True
     )

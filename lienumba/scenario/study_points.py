@@ -23,10 +23,7 @@ if TYPE_CHECKING:
 
     Attempt = Callable[["Settings"], Scenario]
 
-
 Grid = dict[str, list[Any]]
-
-
 Settings = Keys  # values by path
 Choice = tuple[int, ...]  # which value of each path of a grid
 LOOSER = 10.0  # times the tolerance of a reference that its judge has

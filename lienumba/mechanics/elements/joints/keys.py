@@ -44,9 +44,9 @@ class AtPoints(Between):
         return {**super().example_keys(), "points": [[0.0, 0.0, -0.3], [-0.1, 0.2, 0.4]]}
 
     def faults(self) -> Iterator[Problem]:
-        yield from super().faults()
         if self.points is None and not isinstance(self, Placed):
             yield missing("points", OWN_POINTS)
+        yield from super().faults()
 
 
 class Placed(AtPoints):
@@ -55,12 +55,12 @@ class Placed(AtPoints):
     )
 
     def faults(self) -> Iterator[Problem]:
-        yield from super().faults()
         if self.points is None and self.at is None:
             yield missing("points", f"{OWN_POINTS}, or at = [x, y, z] in the global frame at the start")
         elif self.points is not None and self.at is not None:
             remedy = "give either points (in the bodies' own frames) or at (in the global frame at the start)"
             yield Problem("at", "the joint has points already", remedy, self.at)
+        yield from super().faults()
 
 
 class WithAxes(JointType):
