@@ -1,11 +1,13 @@
-"""Wrong integrators and events: one clear message each, the same from both commands; nothing is written."""
+"""Wrong integrators and events; methods, charts and stabilisations that do not go together: one clear message each."""
 
 from pathlib import Path
 
 import pytest
 
-from tests.scenario.checks.refusal import RIG, check_refused
+from tests.scenario.checks.refusal import RIG, accepted, check_refused, rig
 
+DAMPED = "[projection]\nbaumgarte = 10.0\n"
+STEP = "step = 1e-3"
 PAIRS = "bs32, dp54, tsit54, dop853, radau3, radau5, radau9 or taylor"
 
 
@@ -74,6 +76,33 @@ CASES = {
         'integrator.coordinates = "quaternion": says where a body is at the ends of given steps only, but '
         'integrator.tolerance asks for more; give "lie", or leave integrator.tolerance out',
     ),
+    "vectors on another group": (
+        integrator(STEP, 'coordinates = "quaternion"', 'group = "SE3"'),
+        'integrator.coordinates = "quaternion": are coordinates of rotations alone, not of integrator.group = "SE3"; '
+        "leave one of the two out",
+    ),
+    "vectors without exponentials": (
+        integrator(STEP, 'coordinates = "matrix"', 'method = "cf4"'),
+        'integrator.coordinates = "matrix": have no exponentials for integrator.method = "cf4" to compose; give the '
+        'method "rk4", which it is in a vector space',
+    ),
+    "vectors without dexpinv": (
+        integrator(STEP, 'coordinates = "tait_bryan"', "dexpinv = 2"),
+        'integrator.dexpinv = 2: is not used with integrator.coordinates = "tait_bryan"; leave one of the two out',
+    ),
+    "a method without dexpinv": (
+        integrator(STEP, 'method = "cf4"', 'dexpinv = "closed"'),
+        'integrator.dexpinv = "closed": is not used by integrator.method = "cf4", which needs none; leave it out',
+    ),
+    "an unknown group": (
+        integrator(STEP, 'group = "SE(3)"'),
+        'integrator.group = "SE(3)": must be "R3xSO3" or "SE3"; the nearest is "SE3"',
+    ),
+    "damping beside projections": (
+        rig(DAMPED),
+        'projection.baumgarte = 10.0: damps violations instead of projecting, against projection.position = "local" '
+        'and projection.velocity = "mass"; give position = "none" and velocity = "none", or leave baumgarte out',
+    ),
 }
 
 # More of these rules: the place, and words of the rule.
@@ -95,3 +124,16 @@ CASES |= {wanted: (text, wanted) for wanted, text in MORE.items()}
 @pytest.mark.parametrize(("text", "message"), CASES.values(), ids=CASES)
 def test_it_is_refused(text: str, message: str, tmp_path: Path) -> None:
     check_refused(tmp_path, text, message)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        integrator(STEP, 'group = "SE3"', 'method = "cf4"'),
+        integrator(STEP, 'group = "SE3"', 'dexpinv = "closed"'),
+        integrator(STEP, 'coordinates = "matrix"', 'group = "R3xSO3"'),
+        rig(DAMPED + 'position = "none"\nvelocity = "none"\n'),
+    ],
+)
+def test_these_go_together(text: str, tmp_path: Path) -> None:
+    assert accepted(tmp_path, text) == []
