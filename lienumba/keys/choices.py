@@ -1,4 +1,4 @@
-"""Keys whose values a registry knows: annotations that pydantic reads anew whenever a class is rebuilt."""
+"""Keys whose values a registry knows: annotations of tables by their classes, and of names."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class OneOf:
         return handler(TypeAdapter(every).core_schema)
 
     def _validated(self, value: object) -> BaseModel:
-        """The table as its class has it; of no known class it has the errors of any of them without its name."""
+        """The table as its class has it. A table that names no class has the errors of a name that is not known."""
         if callable(self.by):
             name = self.by(value)
         else:
