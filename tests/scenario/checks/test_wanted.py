@@ -13,6 +13,7 @@ from tests.rigs.everything import EVERYTHING
 from tests.scenario.checks.refusal import force, refused_by_both, rig
 
 TAKEN = "the dataset has a variable of this name already"
+REMEDY = "give another name; docs/write_a_scenario.md lists those that are reserved"
 ASKED = {
     "measures": {"value": "max(swing.angle)"},
     "requirements": {"value": "max(swing.angle)", "below": 1, "probability": 0.5},
@@ -24,7 +25,7 @@ ASKED = {
 def test_names_that_datasets_take_are_refused(kind: str, name: str) -> None:
     with pytest.raises(lienumba.ScenarioError) as caught:
         resolve(EVERYTHING | {"requirements": [], "measures": [], kind: [{"name": name, **ASKED[kind]}]})
-    assert str(caught.value) == f'{kind}.{name}.name = "{name}": {TAKEN}; give another name'
+    assert str(caught.value) == f'{kind}.{name}.name = "{name}": {TAKEN}; {REMEDY}'
 
 
 def test_what_a_dataset_has_is_no_name_for_another_measure(tmp_path: Path) -> None:
