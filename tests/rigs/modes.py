@@ -47,5 +47,5 @@ def integrate(
     (chunk,) = execute(tasks(batch, 1, lambda chunk: chunk), 1, lambda done: None)
     layout = Layout.of(model)
     names = ["position", "velocity", "joint_force", "joint_torque", "energy_residual", "position_violation"]
-    values = {name: per_run(layout.lanes(name, chunk.records, program), 1)[0, -1] for name in names}
+    values = {name: per_run(layout.variable(name, chunk, program), 1)[0, -1] for name in names}
     return int(chunk.codes[0]), values

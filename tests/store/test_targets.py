@@ -30,7 +30,7 @@ def test_a_good_target_passes_and_leaves_nothing(tmp_path, monkeypatch):
 def test_an_existing_file_needs_overwrite(tmp_path):
     path = tmp_path / "out.nc"
     path.write_bytes(b"\x89HDF old")
-    with pytest.raises(ScenarioError, match=r"out\.nc: exists already; .*--overwrite"):
+    with pytest.raises(ScenarioError, match=r"out\.nc: exists already; .*overwrite=True"):
         claim(path, overwrite=False)
     claim(path, overwrite=True)
     assert path.read_bytes() == b"\x89HDF old"

@@ -56,7 +56,7 @@ def integrate(model: Model, now: Instant, choice: RowSelection, step: float, ste
     (chunk,) = execute(tasks(batch, 1, lambda chunk: chunk), 1, lambda done: None)
     first = ELEMENT * program.sizes.elements + held.first_mask
     layout = Layout.of(model)
-    values = {name: per_run(layout.lanes(name, chunk.records, program), 1)[0] for name in layout.names}
+    values = {name: per_run(layout.variable(name, chunk, program), 1)[0] for name in layout.names}
     masks = chunk.records[0, :, first : first + len(held.masks), 0]
     return int(chunk.codes[0]), int(chunk.steps[0]), masks, values
 
