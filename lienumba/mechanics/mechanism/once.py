@@ -2,11 +2,13 @@
 
 from collections.abc import Callable
 from functools import wraps
-from typing import TypeVar
+from typing import Any, TypeVar
+from weakref import ref
 
 from lienumba.mechanics.mechanism.model import Model
 
 T = TypeVar("T")
+_known: dict[int, tuple["ref[Model]", dict[object, Any]]] = {}  # by the identity of a model, while there is one
 
 
 def once_per_model(function: Callable[[Model], T]) -> Callable[[Model], T]:
@@ -14,9 +16,13 @@ def once_per_model(function: Callable[[Model], T]) -> Callable[[Model], T]:
 
     @wraps(function)
     def remembered(model: Model) -> T:
-        known: dict[object, T] = model.__dict__.setdefault("_once", {})
-        if function not in known:
-            known[function] = function(model)
-        return known[function]
+        key = id(model)
+        if key not in _known:
+            _known[key] = ref(model, lambda _: _known.pop(key, None)), {}
+        found = _known[key][1]
+        if function not in found:
+            found[function] = function(model)
+        value: T = found[function]
+        return value
 
     return remembered

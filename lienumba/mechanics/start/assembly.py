@@ -6,7 +6,7 @@ identity, or the guess, unless the joints force it away. Omitted velocities are 
 to where they start: at rest, as guessed, or moving with the body to which they are relative.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -169,8 +169,7 @@ def _all_divisible(x: Any) -> Any:
     if isinstance(x, dict):
         return {key: y if isinstance(y, str) else _all_divisible(y) for key, y in x.items()}
     if hasattr(x, "__dataclass_fields__"):
-        names = [field.name for field in fields(x) if field.name != "relative_to"]
-        return replace(x, **{name: _all_divisible(getattr(x, name)) for name in names})
+        return replace(x, **{name: _all_divisible(y) for name, y in vars(x).items() if name != "relative_to"})
     return _divisible(x)
 
 
