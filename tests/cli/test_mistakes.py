@@ -79,8 +79,7 @@ LINES = {
     '"stays slow"',
     "rare all.toml --requirement peak": 'the scenario has no requirement "peak"; known here are "stays slow", "swings '
     'far", "in time"',
-    "replay all.nc --worst peaks": '--worst "peaks": the dataset has no such variable; the nearest known name is '
-    '"peak"',
+    "replay all.nc --worst peaks": '--worst peaks: the dataset has no such variable; the nearest known name is "peak"',
     "replay all.nc --run 99": "all.nc: has no run 99, but 16 with labels from 0 to 15; give one of them",
     "animate all.nc --run x": '--run x: "x" is not a run; give labels such as 3,17 or a range such as 0:500',
     "modes all.toml --runs 0:99999999999999": "run 16 does not exist: the sweep has sweep.runs = 16; give labels from "
