@@ -61,7 +61,7 @@ class Course:
 
 
 LEAST_EXCHANGE = 1e-3  # of the largest kinetic energy: what spins freely exchanges none
-ROUNDOFF = 1e-9  # of the potential energy: what rests has no kinetic energy, and a residual of roundoff
+ROUNDOFF = 1e-9  # of the potential energy: the least scale, for what rests and has no kinetic energy
 
 
 def energy_scale(kinetic: Course, potential: Course) -> np.ndarray:

@@ -33,7 +33,7 @@ SECTIONS = ("model", "integrator", "output", "sweep", "files", "study", "start")
 KINDS: dict[str, type] = {"runs": int, "nominal": bool, "seed": int, "sampler": str}  # of keys of a sweep
 NUMERIC, TEXT = "biuf", "US"  # kinds of arrays
 
-VARY, ORDER = "sweep.vary", " (order)"  # what comes first matters: to sequences of samples, and to records
+VARY, ORDER = "sweep.vary", " (order)"  # another order of these names draws other samples, or stores other records
 
 Tables = dict[str, Any]
 

@@ -59,11 +59,14 @@ def check_masses(tree: Tree, source: Source, bodies: dict[str, int], file: Path,
     for body in source.links:
         welded = [name for name, other in bodies.items() if source.link_of(other) == body != other]
         _check_inertia(f"{file}, line {links[names[body]].line}", names[body], source.composites[body], welded, notes)
-    heads = {name: source.link_of(body) for name, body in bodies.items() if links[name].inertial is not None}
-    counted = Counter(heads.values())
-    for name, head in heads.items():
-        inertial = links[name].inertial
-        if inertial is None or not head or counted[head] == 1:
+    given = {  # by the name of a link: its inertial, and the body that it moves with (0: the ground)
+        name: (inertial, source.link_of(body))
+        for name, body in bodies.items()
+        if (inertial := links[name].inertial) is not None
+    }
+    inertials_of = Counter(body for _, body in given.values())
+    for name, (inertial, body) in given.items():
+        if not body or inertials_of[body] == 1:
             continue
         moments = _moments(inertial.tensor)
         if moments[0] < -MOMENTS_RTOL * abs(moments).max() or _too_long(moments):
