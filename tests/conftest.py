@@ -45,11 +45,11 @@ def traced() -> Iterator[None]:
     """In this process every program is traced: tests count what is traced, and change what tracing reads. And all is
     compiled in this process: the other cores have tests of their own."""
     from lienumba.compiler import native
-    from lienumba.integrators.tracing import stored
+    from lienumba.integrators.tracing import compiled
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stored, "find", lambda key: None)
-        patch.setattr(stored, "keep", lambda key, outline, code: None)
+        patch.setattr(compiled, "find", lambda key: None)
+        patch.setattr(compiled, "keep", lambda key, outline, code: None)
         patch.setattr(native, "LONG_TEXT", sys.maxsize)
         yield
 

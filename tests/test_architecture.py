@@ -58,10 +58,8 @@ INSIDE = {  # the floors of rooms, lowest first
         {"notes"}, {"base", "imported", "markup", "mujoco_words"}, {"mapping"}, {"mjcf", "urdf"}, {"reading"},
     ],
     "engine": [
-        {"chunk_sizes", "compare_runs", "cores", "fields", "part", "progress", "requirements", "select_run"},
-        {"programs", "results"},
-        {"reference"},
-        {"kernels", "memory", "simulate", "stopping"}, {"linear"}, {"quality"},
+        {"chunk_sizes", "compare_runs", "fields", "part", "progress", "requirements", "select_run"},
+        {"results"}, {"reference"}, {"simulate", "stopping"}, {"kernels", "linear"}, {"quality"},
         {"cluster", "disk", "replay", "study"},
         {"runner", "prepared"}, {"checks", "rare"},
     ],

@@ -4,6 +4,7 @@ The kernels release the interpreter, so plain threads share the cores. How runs 
 run's result.
 """
 
+import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
@@ -117,3 +118,8 @@ def _slices(batch: Batch, workers: int, cost: Cost) -> Iterator[slice]:
         size = W * max(1, min(most, long))
         yield slice(first, min(first + size, batch.runs))
         first += size
+
+
+def usable_cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -4,7 +4,7 @@ The folder's name carries a hash of every source file
 that the drivers may see and of the versions below it: what edits mechanics or the tracer compiles no driver again.
 Inside, object code is found by the hash of the complete LLVM text and CPU it was made from, and its own checksum stands
 before it: neither a stale nor a torn entry can be served. So are drivers, by their names (`lienumba.compiler.flat`),
-and programs, by all that decides about them (`lienumba.integrators.tracing.stored`).
+and programs, by all that decides about them (`lienumba.integrators.tracing.compiled`).
 """
 
 import atexit

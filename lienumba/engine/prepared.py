@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lienumba.engine.cores import usable_cores
+from lienumba.batch.execute import usable_cores
 from lienumba.engine.results import Results
 from lienumba.engine.runner import check_workers, in_memory
 from lienumba.errors import ScenarioError
@@ -196,7 +196,7 @@ def prepare(
     """
     import warnings
 
-    from lienumba.engine.programs import compile_early
+    from lienumba.engine.simulate import compile_early
     from lienumba.scenario.start.never import warnings_of
     from lienumba.scenario.start.prepare import prepare as prepare_runs
 

@@ -167,9 +167,8 @@ def _simulated(
     dense: Scenario, original: Scenario, there: "xr.Dataset", run: int, tell: "Tell"
 ) -> "tuple[xr.Dataset, xr.Dataset]":
     """The whole course of a run, and what its own scenario keeps of it."""
-    from lienumba.engine.memory import Memory
     from lienumba.engine.results import Twice
-    from lienumba.engine.simulate import Runs, Threads, simulate
+    from lienumba.engine.simulate import Memory, Runs, Threads, simulate
     from lienumba.scenario.start.prepare import Prepared, check_initial, prepare
     from lienumba.scenario.start.stored_start import with_start
 

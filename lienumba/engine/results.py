@@ -16,8 +16,7 @@ from lienumba.batch.integrate import Chunk
 from lienumba.batch.records import Layout, per_run
 from lienumba.batch.statistics import MEANINGS, STATISTICS, energy_scale
 from lienumba.batch.statuses import GOOD, INVALID, NOT_ASSEMBLED, UNDEFINED
-from lienumba.engine.fields.field import Field, changes_told, fates, measured
-from lienumba.engine.fields.reducers import reduced
+from lienumba.engine.fields import Field, changes_told, fates, measured, reduced
 from lienumba.engine.requirements import judges_of
 from lienumba.errors import ScenarioError
 from lienumba.integrators.tracing.program import Outline

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lienumba.batch.execute import usable_cores
 from lienumba.engine.cluster import connection
-from lienumba.engine.cores import usable_cores
 from lienumba.engine.part import share_of
 from lienumba.engine.progress import shown
 from lienumba.errors import ClusterError, ResultWarning, ScenarioError
@@ -176,10 +176,9 @@ def _computing(results: "Results", workers: int, dask: object) -> "Iterator[Comp
 
 def in_memory(results: "Results", runs: "Runs", compute: "Compute", tell: "Tell") -> "xr.Dataset":
     """The dataset of these runs."""
-    from lienumba.engine.memory import Memory
     from lienumba.engine.quality import result_warnings
     from lienumba.engine.requirements import attributes
-    from lienumba.engine.simulate import simulate
+    from lienumba.engine.simulate import Memory, simulate
     from lienumba.engine.stopping import stopping_of
 
     resolved, memory = results.resolved, Memory(runs.labels.tolist())
@@ -297,7 +296,7 @@ def runs_of(resolved: Scenario, labels: Sequence[int], nominal: Nominal | None =
 
 def operation_counts(scenario: Scenario) -> dict[str, dict[str, int]]:
     """Operations of each kernel per evaluation and run: what the hardware must do."""
-    from lienumba.engine.programs import program_of
+    from lienumba.engine.simulate import program_of
 
     prepared = prepare(scenario, [0])
     return {name: kernel.counts() for name, kernel in program_of(scenario, prepared, fixed=True).kernels.items()}

@@ -42,8 +42,8 @@ def environment() -> str:
     import llvmlite.binding as llvm
 
     from lienumba import __version__
+    from lienumba.batch.execute import usable_cores
     from lienumba.compiler import cache
-    from lienumba.engine.cores import usable_cores
 
     features = llvm.get_host_cpu_features()
     folder = Path(cache.folder())

@@ -11,7 +11,7 @@ import numpy as np
 from bench.clock import Spent, Stopwatch
 from bench.trees import Tree
 from lienumba.batch.execute import execute, tasks
-from lienumba.engine import programs
+from lienumba.engine import simulate
 from lienumba.integrators.methods import METHODS
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.start.prepare import check_initial, prepare
@@ -94,7 +94,7 @@ class Engine:
             start, labels=list(range(runs)), states=robot.tree.states(robot.q, robot.v), codes=np.zeros(runs, np.int8),
             angles={j: np.full(runs, angle[0]) for j, angle in start.angles.items()},
         )  # fmt: skip
-        self.program, self.machine = programs.compiled_of(self.resolved, self.prepared, True)
+        self.program, self.machine = simulate.compiled_of(self.resolved, self.prepared, True)
         self.beside = 0.0
         self.stages = len(METHODS[self.resolved.data.integrator.method].b)
 
@@ -102,7 +102,7 @@ class Engine:
         """States at the end (runs, 18 k), and the time: on the clock of all, of the cores on the steps alone; `beside`
         becomes what a run costs the cores beside them (s)."""
         watch, seconds = Stopwatch(), 0.0
-        batch = programs.batch_of(self.resolved, self.prepared, self.program, self.machine)
+        batch = simulate.batch_of(self.resolved, self.prepared, self.program, self.machine)
         batch = replace(batch, h=h, end=steps * h, outputs=np.array([0.0, steps * h]))
         ends = np.empty_like(self.prepared.states)
         for chunk in execute(tasks(batch, workers, lambda chunk: chunk), workers, lambda _: None):

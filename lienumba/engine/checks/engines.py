@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lienumba.batch.execute import usable_cores
 from lienumba.batch.statuses import GOOD, STATUSES
-from lienumba.engine.cores import usable_cores
 from lienumba.engine.replay import scenario_of
 from lienumba.errors import ScenarioError
 from lienumba.scenario.base.code import check_allowed

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lienumba.batch.execute import usable_cores
 from lienumba.batch.statuses import GOOD, SUCCESS
 from lienumba.engine.checks.engines import (
     AGREE,
@@ -17,7 +18,6 @@ from lienumba.engine.checks.engines import (
     read,
     shortened,
 )
-from lienumba.engine.cores import usable_cores
 from lienumba.errors import ScenarioError
 from lienumba.groups import so3
 from lienumba.groups.state import ELEMENT

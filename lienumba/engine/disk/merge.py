@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lienumba import __version__
-from lienumba.engine.cores import usable_cores
+from lienumba.batch.execute import usable_cores
 from lienumba.engine.disk.resume import check_parts
 from lienumba.engine.progress import shown
 from lienumba.engine.quality import result_warnings

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from lienumba.engine.cores import usable_cores
+from lienumba.batch.execute import usable_cores
 from lienumba.engine.linear.linearise import check_states, turning
 from lienumba.engine.linear.states import Asked, At
 from lienumba.engine.linear.tracking import Tracked, crossings, tracked, weights_of

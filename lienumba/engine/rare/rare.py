@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lienumba.engine.cores import usable_cores
+from lienumba.batch.execute import usable_cores
 from lienumba.engine.progress import shown
 from lienumba.engine.rare.design_points import form
 from lienumba.engine.rare.estimate import Estimate, Margins

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lienumba.engine.cores import usable_cores
+from lienumba.batch.execute import usable_cores
 from lienumba.engine.progress import shown
 from lienumba.engine.rare.limit import Limit, named
 from lienumba.engine.runner import check_workers

@@ -9,13 +9,14 @@ import numpy as np
 
 from lienumba.batch.execute import CHUNK_BYTES, Task
 from lienumba.batch.integrate import Chunk
-from lienumba.engine.programs import method_of, selection_of
 from lienumba.engine.reference.records import observer, outline_of, records_of
 from lienumba.engine.results import Piece, Results
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.codes import LARGEST_STAGE, QUARTER
 from lienumba.integrators.methods import METHODS
 from lienumba.integrators.tracing.augmented_state import counted_angles
+from lienumba.integrators.tracing.method import Method as Shape
+from lienumba.integrators.tracing.row_selection import RowSelection
 from lienumba.mechanics.system.kkt import Structure
 from lienumba.reference.compiling import is_kept
 from lienumba.reference.integrate import Runs
@@ -33,15 +34,16 @@ VELOCITY_WEIGHTS = {"none": NONE, "mass": MASS, "identity": IDENTITY}
 
 def chunks(
     results: Results,
-    portions: Iterable[Prepared],
+    portions: Iterable[tuple[Prepared, Shape, RowSelection]],
     workers: int,
     begin: Callable[[], None] = lambda: None,
 ) -> Iterator[Task[Piece]]:
-    """The tasks of all portions; begin: called where the first compiles, because no cache has it."""
+    """The tasks of all portions, each with its method and its rows; begin: called where the first compiles, because no
+    cache has it."""
     if not is_kept(march):
         begin()
-    for prepared in portions:
-        work, total = _Work.of(results.resolved, prepared, results), len(prepared.states)
+    for prepared, shape, selection in portions:
+        work, total = _Work.of(prepared, shape, selection, results), len(prepared.states)
         size = max(1, min(TOGETHER, -(-total // workers), CHUNK_BYTES // work.bytes_of_run))
         for first in range(0, total, size):
             runs = slice(first, min(first + size, total))
@@ -52,21 +54,23 @@ def chunks(
 class _Work:
     """Prepared runs, ready to be integrated."""
 
-    resolved: Scenario
     prepared: Prepared
+    shape: Shape
+    selection: RowSelection
     results: Results
     runs: Runs
 
     @staticmethod
-    def of(resolved: Scenario, prepared: Prepared, results: Results) -> "_Work":
+    def of(prepared: Prepared, shape: Shape, selection: RowSelection, results: Results) -> "_Work":
+        resolved = results.resolved
         counted = [x for x in counted_angles(prepared.model, prepared.nominal.now) if isinstance(x, int)]
         angles = {joint: x for joint, x in prepared.angles.items() if isinstance(joint, int)}
         runs = Runs(
-            Table.of(prepared.model, counted), _method(resolved, prepared, bool(counted)), prepared.states, angles,
+            Table.of(prepared.model, counted), _method(resolved, shape, bool(counted)), prepared.states, angles,
             prepared.codes, resolved.steps or 0, np.unique([0, *resolved.output_steps]),
-            selection_of(resolved, prepared).dropped,
+            selection.dropped,
         )  # fmt: skip
-        return _Work(resolved, prepared, results, runs)
+        return _Work(prepared, shape, selection, results, runs)
 
     @property
     def bytes_of_run(self) -> int:
@@ -80,8 +84,8 @@ class _Work:
         for end in self.runs.integrate(indices, stop):
             progress[0] = end[0].steps.max() * len(self.runs.outputs) // self.runs.steps
         run, stored = end
-        rows = Structure.of(model, selection_of(self.resolved, self.prepared).rows)
-        observe = observer(rows, method_of(self.resolved, model).reactions)
+        rows = Structure.of(model, self.selection.rows)
+        observe = observer(rows, self.shape.reactions)
         records, observed = records_of(model, indices, stored, self.runs.method.h, self.runs.table.angles, observe)
         chunk = self._chunk(runs, records, run, thread_time() - started)
         outline = outline_of(len(model.bodies), len(self.runs.method.b), observed)
@@ -89,7 +93,7 @@ class _Work:
 
     def _chunk(self, runs: slice, records: np.ndarray, run: Run, seconds: float) -> Chunk:
         """The finished runs, which know neither events nor changes."""
-        count, end, rests = runs.stop - runs.start, self.resolved.data.integrator.end_time, self.prepared.rests
+        count, end, rests = runs.stop - runs.start, self.results.resolved.data.integrator.end_time, self.prepared.rests
         states = np.column_stack([run.x[:-ELEMENT].T, run.work])
         times = np.where(run.steps == self.runs.steps, end, run.steps * self.runs.method.h)
         none, zero = np.full((count, 0), np.nan), np.zeros(count)
@@ -101,11 +105,10 @@ class _Work:
         )  # fmt: skip
 
 
-def _method(resolved: Scenario, prepared: Prepared, counts: bool) -> Method:
+def _method(resolved: Scenario, shape: Shape, counts: bool) -> Method:
     """The method as arrays; counts: whether turns of a joint are counted, so that a step must be short."""
     integrator, projection = resolved.data.integrator, resolved.data.projection
-    shaped = method_of(resolved, prepared.model)
-    tableau, terms = METHODS[shaped.tableau], shaped.terms
+    tableau, terms = METHODS[shape.tableau], shape.terms
     A = np.zeros((len(tableau.b), len(tableau.b)))
     for row, given in zip(A, tableau.A, strict=True):
         row[: len(given)] = [float(a) for a in given]

@@ -15,7 +15,7 @@ import xarray as xr
 
 import lienumba
 from lienumba.compiler import cache, flat, native
-from lienumba.integrators.tracing import program, step_kernels, stored
+from lienumba.integrators.tracing import compiled, program, step_kernels
 from lienumba.integrators.tracing.compiled import PROGRAMS
 from lienumba.keys.registry import Registry
 from lienumba.mechanics.elements import joints
@@ -23,7 +23,7 @@ from lienumba.mechanics.system.output_variables import OUTPUT_VARIABLES, OutputV
 from tests.facade import JOINTS
 
 SCENARIOS = Path(lienumba.__file__).resolve().parents[1] / "scenarios"
-FIND, KEEP = stored.find, stored.keep  # which the other tests are without
+FIND, KEEP = compiled.find, compiled.keep  # which the other tests are without
 TOP: dict[str, Any] = {
     "model": {
         "bodies": [{"name": "top", "mass": 1.5, "inertia": [0.23, 0.46, 0.24], "position": [0.2, 1, 0]}],
@@ -52,8 +52,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     for driver in ("fixed_step", "variable_step"):
         import_module(f"lienumba.integrators.drivers.{driver}")
     monkeypatch.setenv("LIENUMBA_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(stored, "find", FIND)
-    monkeypatch.setattr(stored, "keep", KEEP)
+    monkeypatch.setattr(compiled, "find", FIND)
+    monkeypatch.setattr(compiled, "keep", KEEP)
     cache.folder.cache_clear()
     PROGRAMS.clear()
     yield cache.folder()
@@ -143,7 +143,11 @@ def test_other_sources_another_cpu_and_other_limits_miss(
 ) -> None:
     run()
     for count, (where, name, value) in enumerate(
-        ((stored, "sources", lambda: "others"), (native, "cpu", lambda: ("generic", "")), (step_kernels, "INLINE", 0)),
+        (
+            (compiled, "sources", lambda: "others"),
+            (native, "cpu", lambda: ("generic", "")),
+            (step_kernels, "INLINE", 0),
+        ),
         2,
     ):
         with monkeypatch.context() as patch:
@@ -156,18 +160,18 @@ def test_other_sources_another_cpu_and_other_limits_miss(
 @pytest.mark.parametrize("edited", ["mechanics/system/kkt.py", "compiler/emit.py", "numerics/jets.py", "words.py"])
 def test_an_edit_of_a_source_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, edited: str) -> None:
     shutil.copytree(cache.PACKAGE, tmp_path / "lienumba", ignore=shutil.ignore_patterns("__pycache__", "*.js"))
-    before = stored.sources.__wrapped__()
+    before = compiled.sources.__wrapped__()
     monkeypatch.setattr(cache, "PACKAGE", tmp_path / "lienumba")
-    assert stored.sources.__wrapped__() == before
+    assert compiled.sources.__wrapped__() == before
     with open(tmp_path / "lienumba" / edited, "a") as file:
         file.write("\n")
-    assert stored.sources.__wrapped__() != before
+    assert compiled.sources.__wrapped__() != before
 
 
 def test_all_that_tracing_imports_is_among_its_sources() -> None:
     script = "import sys; import lienumba.integrators.tracing.compiled; print(*sys.modules)"
     out = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
-    known = {name.removesuffix(".py").replace("/", ".") for name in stored.TRACING}
+    known = {name.removesuffix(".py").replace("/", ".") for name in compiled.TRACING}
     modules = {name.removeprefix("lienumba.") for name in out.split() if name.startswith("lienumba.")}
     assert {name for name in modules if name.split(".")[0] not in known} == set()
 
@@ -177,7 +181,7 @@ def test_every_registry_that_tracing_may_read_is_known() -> None:
 
     modules = [m for name, m in sys.modules.items() if name.startswith(("lienumba.mechanics", "lienumba.integrators"))]
     found = {x.what for m in (*modules, room) for x in vars(m).values() if isinstance(x, Registry)}
-    assert found == {x.what for x in stored.REGISTRIES}
+    assert found == {x.what for x in compiled.REGISTRIES}
 
 
 def test_elements_of_ones_own_are_not_kept(folder: Path, traced: list[int]) -> None:

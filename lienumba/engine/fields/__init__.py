@@ -1,1 +1,0 @@
-"""Of what tables of runs consist."""
