@@ -28,7 +28,8 @@ ACTS = {LOCK.name: LOCKS, UNLOCK.name: RELEASES, RELEASE.name: RELEASES, ENGAGE.
 def plan(model: Model, held: Sequence[int]) -> Plan:
     """Of all events, and of what is recorded; held: the rows of a state in which held numbers are."""
     acts, targets, value = [], list[int](), 0
-    records, guards = _records(model)
+    records, guards = _records(model) if model.measures else ([], [])
+    every = signals(model) if model.measures else []
     for event in model.events:
         of = _targets(model, event, held)
         clock, written = held[event.clock] if event.clock >= 0 and not event.stop else -1, "." not in event.name
@@ -44,7 +45,7 @@ def plan(model: Model, held: Sequence[int]) -> Plan:
         np.array([switch.numbers for switch in switches_of(model)], np.int64).reshape(-1, SWITCH_NUMBERS),
         np.array(records, np.int64).reshape(-1, KEPT_NUMBERS),
         np.array(guards, np.int64),
-        np.array([bends(model, x) == () for x in signals(model)], np.int64),
+        np.array([bends(model, x) == () for x in every], np.int64),
     )
 
 

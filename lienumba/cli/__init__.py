@@ -65,6 +65,7 @@ def main() -> None:
     """The entry point of the command `lienumba`."""
     gc.set_threshold(1_000_000)  # what is imported stays: looking for cycles in it takes a fifth of a short command
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its matrices are small: threads would only wait for each other
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")  # to look for them reads every installed package
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # a title may hold what this terminal's encoding cannot show

@@ -73,6 +73,8 @@ def fates(model: Model, changes: int, started: int) -> Iterator[Field]:
 
 def measured(resolved: Scenario, model: Model) -> Iterator[Field]:
     """Formulas of whole runs."""
+    if not resolved.parameters.measures:
+        return
     given, before = {x.name: x.units for x in resolved.data.model.measures}, 0
     names, reducers = quantities.units(model), {name: reducer.unit for name, reducer in REDUCERS.items()}
     for name, formula in resolved.parameters.measures.items():

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from contextvars import copy_context
-from html import escape
 from typing import Any, Protocol, TextIO
 
 from lienumba.errors import ScenarioError
@@ -163,6 +162,8 @@ def cell() -> Iterator[Show]:
 
 def _line(text: str, before: str) -> dict[str, str]:
     """The same line as text and as HTML."""
+    from html import escape
+
     return {"text/plain": text, "text/html": before + escape(text)}
 
 

@@ -85,7 +85,7 @@ class Results:
         self.times = np.array(resolved.times)
         output = data.output
         self.changes = changes_told(self.model, output.max_changes)
-        self.start = start_names(nominal)
+        self.start = [] if nominal.rests is None else start_names(nominal)
         courses = [self._course(name) for name in self.layout.names if self._stored(name, output.variables)]
         courses = [field for field in courses if all(field.shape)]  # some mechanisms have no joints
         once = [field for field in self._fates() if all(field.shape)] + self._asked(taken=[x.name for x in courses])

@@ -253,11 +253,11 @@ def batch_of(resolved: Scenario, prepared: Prepared, program: Outline, machine: 
         plan=plan(prepared.model, program.held),
         changes=changes_told(prepared.model, data.output.max_changes),
         at_events=bool(data.output.at_events),
-        kept_at_events=at_events(prepared.model),
+        kept_at_events=at_events(prepared.model) if prepared.model.measures else (),
         bodies=len(prepared.model.bodies),
         placed=prepared.states if by_joints(resolved) else None,
         rests=prepared.rests,
-        starts=start_numbers(prepared),
+        starts=None if prepared.rests is None else start_numbers(prepared),
     )
 
 

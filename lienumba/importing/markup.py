@@ -7,7 +7,7 @@ from pathlib import Path
 from xml.parsers import expat
 
 from lienumba.errors import ScenarioError
-from lienumba.scenario.base.named_file import content
+from lienumba.scenario.reading.toml_text import content
 
 LARGEST = 1e10  # of a number that says how something moves; MuJoCo takes no larger coordinates
 LARGEST_FILE = 64 << 20  # bytes

@@ -21,32 +21,26 @@ from lienumba.mechanics.system.output_variables import usual
 from lienumba.numerics.number import Vector
 from lienumba.scenario.base import paths, timegrid, toml
 from lienumba.scenario.base.code import PYTHON, identities
-from lienumba.scenario.base.paths import BESIDE, LISTS
+from lienumba.scenario.base.paths import BESIDE, LISTS, START
 from lienumba.scenario.base.problems import tables
 from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.base.units import units
 from lienumba.scenario.checks.integrator import damping_of, method_of
-from lienumba.scenario.checks.reference_formulas import used
 from lienumba.scenario.checks.scenario import check_scenario
-from lienumba.scenario.checks.sweep import nominal_numbers
-from lienumba.scenario.formulas import dependent_inputs
 from lienumba.scenario.formulas.numbers import take
 from lienumba.scenario.formulas.parameters import TIME, Parameters
-from lienumba.scenario.reading.datasets import read_start
 from lienumba.scenario.reading.loading import apply_overrides, load, name_unnamed, with_files
-from lienumba.scenario.reading.run_tables import read_run_tables
 from lienumba.scenario.schema import messages
 from lienumba.scenario.schema.scenario import ScenarioData, Tolerance
 from lienumba.scenario.schema.skeleton import broken
-from lienumba.scenario.study_points import Plan, plan_of
-from lienumba.store.form import current, scenario_tables
-from lienumba.store.refusals import damaged
 from lienumba.sweep.design import NOMINAL_RUN
 from lienumba.sweep.samplers import SAMPLERS
 from lienumba.words import plural
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from lienumba.scenario.study_points import Plan
 
 OPTIONAL = ("limits", "contacts", "noise")  # lists that are left out where they are empty
 FIRST = ("name", "type")  # keys that head a table
@@ -61,7 +55,7 @@ class Scenario:
     warnings: list[Problem] = field(default_factory=list)
     file: Path | None = None
     parameters: Parameters = field(default_factory=Parameters)
-    plan: Plan | None = None  # of its study
+    plan: "Plan | None" = None  # of its study
 
     @property
     def steps(self) -> int | None:
@@ -131,6 +125,8 @@ class Scenario:
 
     def nominal(self) -> dict[str, float | Vector]:
         """The nominal value of every varied path: a number, or as many as the design table has of it."""
+        from lienumba.scenario.checks.sweep import nominal_numbers
+
         model, values = dict(self.data.model), self.parameters.values()
         found = {}
         for path, kind in self.data.sweep.vary.items():
@@ -261,7 +257,16 @@ def resolve(
     problems = apply_overrides(raw, changes)
     if not counted and isinstance(sweep := raw.get("sweep"), dict):
         sweep.setdefault("runs", 1)
-    raw = read_run_tables(read_start(with_files(raw, Path())))
+    raw = with_files(raw, Path())
+    model = table_in(raw, "model")
+    if START in model:
+        from lienumba.scenario.reading.datasets import read_start
+
+        raw = read_start(raw)
+    if "noise" in model:
+        from lienumba.scenario.reading.run_tables import read_run_tables
+
+        raw = read_run_tables(raw)
     sets = any(event.get("action") == SET.name for event in tables(table_in(raw, "model").get("events")))
     written = copy.deepcopy(raw) if sets or "study" in raw else raw
     scenario = _resolved(raw, problems, file)
@@ -272,6 +277,9 @@ def resolve(
         scenario = replace(scenario, warnings=[*scenario.warnings, *doubtful])
     if scenario.data.study is None:
         return scenario
+    from lienumba.scenario.checks.reference_formulas import used
+    from lienumba.scenario.study_points import plan_of
+
     elsewhere = used(scenario.data.study.reference, scenario.parameters)
     plan = plan_of(written, scenario, lambda point: _resolved(point, [], file, elsewhere))
     added = {problem: point.place for point in plan.points for problem in point.scenario.warnings}
@@ -312,6 +320,9 @@ def _check_sets(raw: Keys, base: Scenario) -> tuple[list[Problem], list[Problem]
 def written_tables(ds: "xr.Dataset", where: str) -> Keys:
     """The scenario that a dataset brings, as tables with every default; none if it brings none, and no code of it runs.
     where: what the dataset is called."""
+    from lienumba.store.form import current, scenario_tables
+    from lienumba.store.refusals import damaged
+
     found = current(scenario_tables(ds, where))
     if not found:
         return {}
@@ -346,9 +357,14 @@ def _resolved(raw: Keys, problems: list[Problem], file: Path | None, elsewhere: 
     if problems or data is None:
         raise ScenarioError(*problems)
     if data.study is not None:
+        from lienumba.scenario.checks.reference_formulas import used
+
         elsewhere = used(data.study.reference, parameters)
     filled = _filled(data)
-    elsewhere = elsewhere | dependent_inputs.used(filled.sweep.vary, parameters)
+    if filled.sweep.vary:
+        from lienumba.scenario.formulas import dependent_inputs
+
+        elsewhere = elsewhere | dependent_inputs.used(filled.sweep.vary, parameters)
     warnings = [*map(parameters.explain, report.warnings), *parameters.unused(elsewhere)]
     return Scenario(filled, warnings, file, parameters)
 

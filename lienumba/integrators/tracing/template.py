@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from lienumba.compiler.symbols import Graph
-from lienumba.mechanics.mechanism.model import Model
+from lienumba.mechanics.mechanism.model import Model, once_per_model
 from lienumba.mechanics.mechanism.model_numbers import map_numbers
-from lienumba.mechanics.mechanism.once import once_per_model
 
 
 @dataclass(frozen=True)

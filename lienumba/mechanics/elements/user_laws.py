@@ -13,7 +13,6 @@ from types import SimpleNamespace
 from typing import Any
 
 from lienumba import laws
-from lienumba.compiler.foreign.calls import TRACED
 from lienumba.errors import ScenarioError
 from lienumba.groups import so3
 from lienumba.mechanics.elements import joints
@@ -235,6 +234,8 @@ def unsampled(model: Model) -> Model:
         if force.code is not None and force.code.every is not None:
             if force.code.untraced:
                 rule = f"an equilibrium differentiates it, but it calls {force.code.untraced[0]}, which is not traced"
+                from lienumba.compiler.foreign.calls import TRACED
+
                 raise ScenarioError.at(f"model.forces.{force.name}", rule, TRACED)
             if force.code.memory:
                 rule = "has a memory, and an equilibrium looks for states alone"

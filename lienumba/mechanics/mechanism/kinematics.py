@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from lienumba.groups import so3
-from lienumba.mechanics.mechanism.directions import Directions, go_together, seeds
 from lienumba.mechanics.mechanism.model import GROUND
-from lienumba.numerics.jets import Dual, Jet, lift
+from lienumba.numerics.jets import Directions, Dual, Jet, go_together, lift, seeds
 from lienumba.numerics.number import Matrix, Number, Vector
 from lienumba.numerics.operations import where
 

@@ -6,7 +6,11 @@ time (anything that is called with t), or of time and state (a `Law`).
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from functools import wraps
+from typing import Any, TypeVar
+from weakref import ref
+
+T = TypeVar("T")
 
 GROUND = -1
 HELD = "held"  # the states that held numbers are
@@ -377,3 +381,23 @@ class Start:
     poses: tuple[Pose, ...]
     joints: tuple[JointStart, ...]
     rotation: Vec3 | None = None
+
+
+_followed: dict[int, tuple["ref[Model]", dict[object, Any]]] = {}  # by the identity of a model, while there is one
+
+
+def once_per_model(function: Callable[[Model], T]) -> Callable[[Model], T]:
+    """The function, computed once for each model, which nobody changes; nobody may change what it returns either."""
+
+    @wraps(function)
+    def remembered(model: Model) -> T:
+        key = id(model)
+        if key not in _followed:
+            _followed[key] = ref(model, lambda _: _followed.pop(key, None)), {}
+        found = _followed[key][1]
+        if function not in found:
+            found[function] = function(model)
+        value: T = found[function]
+        return value
+
+    return remembered

@@ -18,8 +18,7 @@ from lienumba.mechanics.elements.quantities import bodies_of, evaluate
 from lienumba.mechanics.mechanism import kinematics
 from lienumba.mechanics.mechanism.kinematics import OFF, STICK, Instant, Law, Mode, View
 from lienumba.mechanics.mechanism.massless import with_lent_masses
-from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Joint, Model
-from lienumba.mechanics.mechanism.once import once_per_model
+from lienumba.mechanics.mechanism.model import GROUND, Body, Driver, Joint, Model, once_per_model
 from lienumba.mechanics.system.body_axes import GLOBAL, Axes
 from lienumba.mechanics.system.switched import laws
 from lienumba.mechanics.system.switched.border import FrictionCoupling
@@ -58,10 +57,11 @@ def constraints_of(model: Model) -> list[Constraint]:
     """All constraints in the order of their rows."""
     found = [_joint(model, n) if j.active and not j.switched else _open(j) for n, j in enumerate(model.joints)]
     found += [_driver(model, driver) for driver in model.drivers]
-    for switch in switches_of(model):
+    switches = switches_of(model)
+    for switch in switches:
         if switch.what == JOINT:
             found.append(replace(_joint(model, switch.index), indifferent=False, vector=0, switch=switch))
-    for x in laws.laws(model):
+    for x in laws.laws(model) if switches else ():
         found.append(
             Constraint(
                 x.switch.name, x.bodies, x.kinds, x.level, x.law, indifferent=x.level == "position", switch=x.switch,

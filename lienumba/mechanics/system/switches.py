@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 from lienumba.mechanics.elements.joints import JOINTS
 from lienumba.mechanics.elements.locks import BALL
 from lienumba.mechanics.mechanism.kinematics import OFF, Mode, Modes
-from lienumba.mechanics.mechanism.model import Force, Lock, Model
-from lienumba.mechanics.mechanism.once import once_per_model
+from lienumba.mechanics.mechanism.model import Force, Lock, Model, once_per_model
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero
 

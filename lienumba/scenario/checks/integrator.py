@@ -6,12 +6,18 @@ from lienumba.integrators.methods.charts import JOINT, R3xSO3
 from lienumba.integrators.methods.comparators import COORDINATES
 from lienumba.integrators.methods.generalized_alpha import DAMPING, GENERALIZED_ALPHA
 from lienumba.integrators.methods.taylor import TAYLOR, order_for
+from lienumba.mechanics.elements.events import ENGAGE, LOCK, RELEASE, UNLOCK
 from lienumba.scenario.base.problems import Report
+from lienumba.scenario.base.toml import Keys
+from lienumba.scenario.formulas.measures import is_formula
 from lienumba.scenario.schema.scenario import Integrator, Projection, Tolerance
 from lienumba.words import listed, show
 
+OPPOSITE = {LOCK.name: UNLOCK.name, RELEASE.name: ENGAGE.name}
 BOUNDS = ("first_step", "max_step", "min_step")
 MOST_STEPS = 2**31 - 1  # of a run: counts of steps are int32 in files
+
+Lists = dict[str, list[Keys]]  # what stands in the lists of the model
 
 
 def pairs() -> list[str]:
@@ -96,11 +102,37 @@ def may_change(integrator: Integrator) -> bool:
     return integrator.coordinates not in COORDINATES and not METHODS[integrator.method].composed
 
 
-def check_method(integrator: Integrator, changing: str, slides: bool, report: Report) -> None:
+def _changing(lists: Lists) -> str:
+    """What of a scenario asks for places between the ends of steps, as it is written; "" if nothing does."""
+    if lists["events"]:
+        return "[[events]]"
+    if lists["measures"] or any(is_formula(str(x.get("value"))) for x in lists["requirements"]):
+        return "[[measures]]" if lists["measures"] else "[[requirements]]"
+    if lists["limits"]:
+        return "[[model.limits]]"
+    if any("stiffness" not in contact for contact in lists["contacts"]):
+        return "[[model.contacts]]"
+    return "friction with static" if any("static" in force for force in lists["forces"]) else ""
+
+
+def _switching(lists: Lists) -> str:
+    """What of a scenario turns constraints on and off; "" if nothing does."""
+    if any(event.get("action") in (*OPPOSITE, *OPPOSITE.values()) for event in lists["events"]):
+        return "[[events]]"
+    if any(joint.get("locked") is True for joint in lists["joints"]):
+        return "locked = true"
+    return _changing({**lists, "events": [], "measures": [], "requirements": []})
+
+
+def _sliding(lists: Lists) -> bool:
+    """Whether a rigid contact may slide with friction."""
+    return any("stiffness" not in contact and contact.get("friction", 0) != 0 for contact in lists["contacts"])
+
+
+def check_method(integrator: Integrator, lists: Lists, report: Report) -> None:
     """dexpinv and the group belong to exponential coordinates; a method of several exponentials has no dexpinv; neither
-    it nor other coordinates have a continuous extension. changing: what asks for one, beside a tolerance; slides:
-    whether rigid contacts do, with friction."""
-    value, method = integrator.coordinates, METHODS[integrator.method]
+    it nor other coordinates have a continuous extension."""
+    value, method, changing = integrator.coordinates, METHODS[integrator.method], _changing(lists)
     as_vectors, both = value in COORDINATES, "leave one of the two out"
     between = "integrator.tolerance" if integrator.tolerance is not None else changing
     if value != "lie" and integrator.group != R3xSO3.__name__:
@@ -117,7 +149,7 @@ def check_method(integrator: Integrator, changing: str, slides: bool, report: Re
     if changing and between == changing and method.composed:
         rule = f"says where a body is at the ends of steps only, but {changing} asks for more"
         _wrong(integrator, "method", rule, f'give "{method.flat}", or leave {changing} out', report)
-    _check_series(integrator, slides, report)
+    _check_series(integrator, _sliding(lists), report)
     if integrator.rho_infinity is not None and method.name != GENERALIZED_ALPHA.name:
         rule = f'is that of the method "{GENERALIZED_ALPHA.name}", not of "{method.name}"'
         _wrong(integrator, "rho_infinity", rule, "leave it out, or give that method", report)
@@ -151,9 +183,9 @@ def _check_series(integrator: Integrator, slides: bool, report: Report) -> None:
             _wrong(integrator, key, rule, "leave it out", report)
 
 
-def check_projection(projection: Projection, integrator: Integrator | None, switching: str, report: Report) -> None:
-    """Neither chords nor the embedded form are of joints, and none of the three of what is turned on and off.
-    switching: what turns constraints on and off, if anything does."""
+def check_projection(projection: Projection, integrator: Integrator | None, lists: Lists, report: Report) -> None:
+    """Neither chords nor the embedded form are of joints, and none of the three of what is turned on and off."""
+    switching = _switching(lists)
     turned = f"is not for constraints that are turned on and off, as {switching} asks for"
     joints = f'is not for integrator.coordinates = "{JOINT}", which projects joints'
     for rule, holds in ((turned, switching), (joints, integrator is not None and integrator.coordinates == JOINT)):

@@ -10,8 +10,8 @@ from lienumba.scenario.base.arguments import parse_ranges
 from lienumba.scenario.base.paths import MEASURES, REQUIREMENTS
 from lienumba.scenario.base.problems import Report, placed
 from lienumba.scenario.base.toml import Keys
+from lienumba.scenario.checks.integrator import Lists
 from lienumba.scenario.checks.joints import coordinates_of
-from lienumba.scenario.checks.quantities import Lists, check_variable, with_states
 from lienumba.scenario.formulas.measures import is_formula
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.schema.output import Output
@@ -20,6 +20,7 @@ from lienumba.scenario.schema.sweep import Stop
 from lienumba.words import show, suggestion
 
 ASK = "give joint_coordinates = true"
+LISTED = "docs/write_a_scenario.md lists those that are reserved"
 
 
 def check_output(output: Output, lists: Lists, parameters: Parameters, report: Report) -> None:
@@ -74,6 +75,25 @@ def check_output(output: Output, lists: Lists, parameters: Parameters, report: R
         parse_ranges(output.full_runs, f"output.full_runs = {show(output.full_runs)}")
     except ScenarioError as error:
         report.problems += error.problems
+
+
+def with_states(lists: Lists) -> list[str]:
+    """The forces whose states are stored by their names."""
+    having = [str(force.get("name")) for force in lists["forces"] if force.get("states")]
+    return [name for name in having if not _is_taken(name)]
+
+
+def check_variable(place: str, name: object, report: Report) -> None:
+    """The dataset has one variable of a name."""
+    if _is_taken(name):
+        rule, remedy = "the dataset has a variable of this name already", f"give another name; {LISTED}"
+        report.add(f"{place}.name", rule, remedy, name)
+
+
+def _is_taken(name: object) -> bool:
+    from lienumba.store.layout import is_taken  # few scenarios name what the dataset holds
+
+    return is_taken(name)
 
 
 def check_names(lists: Lists, report: Report) -> None:

@@ -19,18 +19,16 @@ from lienumba.scenario.base.problems import Report, check_name, names_of
 from lienumba.scenario.base.toml import Keys
 from lienumba.scenario.checks.bodies import check_rotation
 from lienumba.scenario.checks.drivers import check_start
+from lienumba.scenario.checks.integrator import Lists
 from lienumba.scenario.checks.joints import Tables, find_coordinate
+from lienumba.scenario.checks.output import check_variable, with_states
 from lienumba.scenario.checks.tables import check_range
 from lienumba.scenario.checks.times import check_samples
 from lienumba.scenario.schema.tables import points_problem
-from lienumba.store.layout import is_taken
 from lienumba.words import listed
 
 SINGULAR = {"bodies": "body", "joints": "joint", "drivers": "driver", "contacts": "contact", "limits": "limit"}
-LISTED = "docs/write_a_scenario.md lists those that are reserved"
 TIMED = ("value", "limit", "limits", "kp", "kd", "target", "rate", "feedforward")  # keys of inputs
-
-Lists = dict[str, list[Keys]]
 
 
 def check_quantity(place: str, quantity: Keys, lists: Lists, report: Report) -> None:
@@ -80,13 +78,6 @@ def _check_name(place: str, name: object, lists: Lists, report: Report) -> None:
         )
 
 
-def check_variable(place: str, name: object, report: Report) -> None:
-    """The dataset has one variable of a name."""
-    if is_taken(name):
-        rule, remedy = "the dataset has a variable of this name already", f"give another name; {LISTED}"
-        report.add(f"{place}.name", rule, remedy, name)
-
-
 def _check_references(at: str, value: object, named: list[str], refers: Refers, report: Report) -> None:
     """A name, or a list of different ones."""
     what = f"a {SINGULAR[refers.to]}"
@@ -97,11 +88,6 @@ def _check_references(at: str, value: object, named: list[str], refers: Refers, 
         check_name(f"{at}[{i}]", name, [*named, *refers.others], what, report)
         if name in value[:i]:
             report.add(f"{at}[{i}]", "is named twice", "name it once", name)
-
-
-def with_states(lists: Lists) -> list[str]:
-    """The forces whose states are stored by their names."""
-    return [str(f.get("name")) for f in lists["forces"] if f.get("states") and not is_taken(f.get("name"))]
 
 
 def _check_joint(place: str, name: str, lists: Lists, report: Report) -> None:

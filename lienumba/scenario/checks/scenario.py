@@ -1,4 +1,7 @@
-"""What the parts of a scenario say about one another: all problems are found, one sentence each."""
+"""What the parts of a scenario say about one another: all problems are found, one sentence each.
+
+The checks of rarer parts are imported where a scenario has these.
+"""
 
 import re
 from collections import Counter
@@ -9,16 +12,9 @@ from lienumba.scenario.base.paths import INPUTS, JUDGING, LISTS, REQUIREMENTS
 from lienumba.scenario.base.problems import GROUND, Report, names_of, placed, read, tables
 from lienumba.scenario.base.toml import Keys, table_in
 from lienumba.scenario.checks.bodies import check_bases, check_body, check_shapes
-from lienumba.scenario.checks.changes import changing, check_contact, check_events, check_limit, sliding, switching
-from lienumba.scenario.checks.drivers import check_driven_once, check_driver, check_start
-from lienumba.scenario.checks.forces import check_force
-from lienumba.scenario.checks.integrator import check_integrator, check_method, check_projection
+from lienumba.scenario.checks.integrator import Lists, check_integrator, check_method, check_projection
 from lienumba.scenario.checks.joints import check_coordinates, check_joint
 from lienumba.scenario.checks.output import check_names, check_output, check_requirements, check_stop
-from lienumba.scenario.checks.quantities import check_inputs, check_noise, check_quantity
-from lienumba.scenario.checks.study import check_study
-from lienumba.scenario.checks.sweep import check_sweep
-from lienumba.scenario.checks.tables import check_tables
 from lienumba.scenario.checks.times import check_times, looked_at
 from lienumba.scenario.formulas.parameters import Parameters
 from lienumba.scenario.schema.output import Output
@@ -48,21 +44,25 @@ def check_scenario(raw: Keys, data: ScenarioData | None, parameters: Parameters)
     integrator = read(Integrator, sections.get("integrator"))
     if integrator is not None:
         report.times = looked_at(integrator)
-        check_method(integrator, changing(lists), sliding(lists), report)
+        check_method(integrator, lists, report)
     projection = report.element("projection", Projection, sections.get("projection", {}))
     if projection is not None:
-        check_projection(projection, integrator, switching(lists), report)
+        check_projection(projection, integrator, lists, report)
     named = all(_named(items) for kind, items in lists.items() if kind not in JUDGING) and bool(lists["bodies"])
     if named:
-        _check_model(lists, table_in(model, INPUTS), report)
-        check_events(lists, parameters, report)
+        _check_model(lists, table_in(model, INPUTS), parameters, report)
         start = report.element("start", StartSection, model["start"]) if "start" in model else None
         if start is not None:
             check_coordinates(start.q, start.qd, lists["joints"], report)
-    check_tables(parameters, report)
+    if parameters.places:
+        from lienumba.scenario.checks.tables import check_tables
+
+        check_tables(parameters, report)
     gravity = read(Gravity, _alone(Gravity, model) if data is None else data.model)
     standing = read(Standing, _alone(Standing, model) if data is None else data.model)
-    if gravity is not None:
+    if gravity is not None and any(isinstance(x, str) for x in gravity.gravity):
+        from lienumba.scenario.checks.drivers import check_start
+
         check_start("model.gravity", gravity.gravity, 1, report)
     bodies = lists["bodies"] if data is None else data.model.bodies
     for (place, _), body in zip(placed("bodies", lists["bodies"]), bodies, strict=True):
@@ -82,12 +82,16 @@ def check_scenario(raw: Keys, data: ScenarioData | None, parameters: Parameters)
     check_names(lists, report)
     check_requirements(lists[REQUIREMENTS], table_in(raw, "sweep"), parameters, report)
     if isinstance(sweep, dict) and named:
+        from lienumba.scenario.checks.sweep import check_sweep
+
         check_sweep(sweep, _numbers_of(model, lists), parameters, report)
         stop, runs = report.element("sweep.stop", Stop, sweep.get("stop")), sweep.get("runs", 1)
         if stop is not None and isinstance(runs, int):
             check_stop(stop, runs, report)
     study = raw.get("study")
     if isinstance(study, dict) and named:
+        from lienumba.scenario.checks.study import check_study
+
         if isinstance(sweep, dict) and "stop" in sweep:
             report.add("sweep.stop", "a study needs all runs at every point", "leave it out")
         if lists[REQUIREMENTS]:
@@ -101,27 +105,43 @@ def _alone(section: type[Section], table: Keys) -> Keys:
     return {key: x for key, x in table.items() if key in section.model_fields}
 
 
-def _check_model(lists: dict[str, list[Keys]], inputs: Keys, report: Report) -> None:
+def _check_model(lists: Lists, inputs: Keys, parameters: Parameters, report: Report) -> None:
     """What refers to names."""
     bodies = names_of(lists["bodies"])
     joints = {str(joint["name"]): joint for joint in lists["joints"]}
     check_bases(lists["bodies"], bodies, report)
     for place, joint in placed("joints", lists["joints"]):
         check_joint(place, joint, bodies, joints, report)
-    for place, driver in placed("drivers", lists["drivers"]):
-        check_driver(place, driver, bodies, joints, report)
-    check_driven_once(lists["drivers"], joints, report)
-    for place, force in placed("forces", lists["forces"]):
-        check_force(place, force, bodies, joints, report)
-    for place, limit in placed("limits", lists["limits"]):
-        check_limit(place, limit, joints, report)
-    for place, contact in placed("contacts", lists["contacts"]):
-        check_contact(place, contact, bodies, joints, report)
-    for place, quantity in placed("quantities", lists["quantities"]):
-        check_quantity(place, quantity, lists, report)
-    for place, noise in placed("noise", lists["noise"]):
-        check_noise(place, noise, lists, report)
-    check_inputs(inputs, joints, report)
+    if lists["drivers"]:
+        from lienumba.scenario.checks.drivers import check_driven_once, check_driver
+
+        for place, driver in placed("drivers", lists["drivers"]):
+            check_driver(place, driver, bodies, joints, report)
+        check_driven_once(lists["drivers"], joints, report)
+    if lists["forces"]:
+        from lienumba.scenario.checks.forces import check_force
+
+        for place, force in placed("forces", lists["forces"]):
+            check_force(place, force, bodies, joints, report)
+    switched = any("locked" in joint or "active" in joint for joint in lists["joints"])
+    changing = lists["limits"] or lists["contacts"] or lists["events"] or switched
+    if changing:
+        from lienumba.scenario.checks.changes import check_contact, check_events, check_limit
+
+        for place, limit in placed("limits", lists["limits"]):
+            check_limit(place, limit, joints, report)
+        for place, contact in placed("contacts", lists["contacts"]):
+            check_contact(place, contact, bodies, joints, report)
+    if lists["quantities"] or lists["noise"] or inputs:
+        from lienumba.scenario.checks.quantities import check_inputs, check_noise, check_quantity
+
+        for place, quantity in placed("quantities", lists["quantities"]):
+            check_quantity(place, quantity, lists, report)
+        for place, noise in placed("noise", lists["noise"]):
+            check_noise(place, noise, lists, report)
+        check_inputs(inputs, joints, report)
+    if changing:
+        check_events(lists, parameters, report)
 
 
 def _named(items: list[Keys]) -> bool:
@@ -132,7 +152,7 @@ def _named(items: list[Keys]) -> bool:
     )
 
 
-def _numbers_of(model: Keys, lists: dict[str, list[Keys]]) -> Keys:
+def _numbers_of(model: Keys, lists: Lists) -> Keys:
     """What may vary: the model with the default of gravity and without unknown keys."""
     numbers: Keys = {"gravity": model.get("gravity", [0.0, 0.0, -9.81])}
     start = model.get("start")

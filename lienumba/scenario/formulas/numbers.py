@@ -16,6 +16,7 @@ from lienumba.mechanics.elements.events import CONDITION, SET, time_of
 from lienumba.mechanics.elements.forces import FORCES
 from lienumba.mechanics.elements.inputs.base import InputType
 from lienumba.mechanics.mechanism.model import EVENT_TIME, HELD
+from lienumba.mechanics.mechanism.tables import Table
 from lienumba.numerics.expressions import Formula
 from lienumba.numerics.functions import FUNCTIONS
 from lienumba.numerics.grammar import ExpressionError
@@ -56,8 +57,10 @@ def take(raw: Keys) -> tuple[Parameters, list[Problem]]:
         rule, remedy = "must be a table of names and numbers", "write [parameters] and kp = 40 below"
         return Parameters(), [Problem("parameters", rule, remedy)]
     numbers, formulas, problems = section_of(section)
-    tables, wrong = tables_of(raw)
-    problems += wrong
+    tables: dict[str, Table] = {}
+    if "tables" in raw:
+        tables, wrong = tables_of(raw)
+        problems += wrong
     parameters = Parameters(numbers, formulas, tables)
     if not problems:
         problems += not_finite(parameters)

@@ -17,13 +17,9 @@ from lienumba.scenario.base import paths
 from lienumba.scenario.base.code import check_own, embedded
 from lienumba.scenario.base.paths import BESIDE, INPUTS, LISTS, START
 from lienumba.scenario.base.plain import plain, plain_value
+from lienumba.scenario.base.problems import tables
 from lienumba.scenario.base.toml import Keys, table_in
-from lienumba.scenario.reading.datasets import with_reference, with_start
 from lienumba.scenario.reading.extends import extended, replaced_by, resolved
-from lienumba.scenario.reading.mesh_files import with_meshes
-from lienumba.scenario.reading.recordings import with_recordings, with_tables
-from lienumba.scenario.reading.run_tables import with_run_tables
-from lienumba.scenario.reading.sample_table import with_samples
 from lienumba.scenario.reading.toml_text import parse_value, read_toml
 from lienumba.sweep.distributions.registry import follows_nominal
 from lienumba.words import printable, settings, show, suggestion
@@ -56,15 +52,39 @@ def _together(within: object, beside: object) -> object:
 
 def with_files(raw: Keys, folder: Path) -> Keys:
     """The scenario with what the files hold that it names: tables, recordings, meshes, the texts of functions, the mark
-    of a reference, samples; of the start, where its file is."""
-    raw = with_run_tables(with_recordings(with_meshes(with_tables(raw, folder), folder), folder), folder)
-    return with_start(with_samples(with_reference(embedded(raw, folder), folder), folder), folder)
+    of a reference, samples; of the start, where its file is.
+
+    A reader is imported where the scenario has something for it."""
+    model = table_in(raw, "model")
+    if "tables" in raw or INPUTS in raw or INPUTS in model:
+        from lienumba.scenario.reading.recordings import with_recordings, with_tables
+
+        raw = with_recordings(with_tables(raw, folder), folder)
+    if "ground_shapes" in model or any("shapes" in body for body in tables(model.get("bodies"))):
+        from lienumba.scenario.reading.mesh_files import with_meshes
+
+        raw = with_meshes(raw, folder)
+    if "noise" in raw:
+        from lienumba.scenario.reading.run_tables import with_run_tables
+
+        raw = with_run_tables(raw, folder)
+    raw = embedded(raw, folder)
+    if "study" in raw or START in raw:
+        from lienumba.scenario.reading.datasets import with_reference, with_start
+
+        raw = with_start(with_reference(raw, folder), folder)
+    if "table" in table_in(raw, "sweep"):
+        from lienumba.scenario.reading.sample_table import with_samples
+
+        raw = with_samples(raw, folder)
+    return raw
 
 
 def _load(source: object, read: Callable[[Path], Keys]) -> Keys:
     if isinstance(source, str | os.PathLike):
         path = Path(source)
-        return extended(read(path), path.parent, read, (resolved(path),))
+        raw = read(path)
+        return extended(raw, path.parent, read, (resolved(path),)) if "extends" in raw else raw
     if hasattr(source, "to_dict"):
         source = source.to_dict()
     if isinstance(source, Mapping):

@@ -2,15 +2,15 @@
 
 import re
 import tomllib
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
 from lienumba.errors import BadValueError, Problem, ScenarioError
-from lienumba.scenario.base.named_file import content
 from lienumba.scenario.base.plain import plain
 from lienumba.scenario.base.toml import Keys
 from lienumba.store.targets import DATASET_STARTS
-from lienumba.words import printable
+from lienumba.words import absence, printable
 
 LARGEST = 256 * 2**20  # bytes of a file
 TOO_DEEP = "nests tables or lists too deeply", "take brackets, braces or dots out"
@@ -105,3 +105,26 @@ def _usual_cause(line: str, reason: str) -> str:
     if "=" not in line and not line.startswith("["):
         return "a line is `key = value` or `[section]`"
     return "check brackets, quotes and commas"
+
+
+def content(path: Path, kind: str, endings: Collection[str], largest: int, instead: str) -> bytes:
+    """All bytes of a file; a ScenarioError if it cannot be read, or has more than the largest.
+
+    kind: of the file that is wanted, such as "TOML"; endings: of the names of such files; instead: the remedy where it
+    is too large.
+    """
+    shown = printable(str(path))
+    try:
+        if path.is_dir():
+            raise ScenarioError.at("", f"{shown} is a folder", f"give the path of a {kind} file in it")
+        if not path.exists():
+            rule, remedy = absence(path, endings)
+            raise ScenarioError.at("", f"{shown} {rule}", remedy)
+        with path.open("rb") as file:
+            found = file.read(largest + 1)
+    except OSError as error:
+        remedy = "check its permissions" if isinstance(error, PermissionError) else "check the path"
+        raise ScenarioError.at(f"{shown} cannot be read", str(error.strerror), remedy) from None
+    if len(found) > largest:
+        raise ScenarioError.at(shown, f"is larger than {largest >> 20} MiB", instead)
+    return found

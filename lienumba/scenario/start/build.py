@@ -35,7 +35,6 @@ from lienumba.scenario.base.code import function_of
 from lienumba.scenario.checks.integrator import may_change
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.scenario import Body, ModelSection, StartSection, StartState
-from lienumba.scenario.start.code import check_derivatives, code_of, tried
 from lienumba.sweep.distributions.base import NUMBER
 from lienumba.sweep.noise import Courses, RecordedCourses
 from lienumba.words import listed
@@ -51,8 +50,11 @@ def build(scenario: Scenario, samples: Sampled, labels: Sequence[int] | None = N
         held = scenario.parameters.held_values(samples)
         noise, parameters = _Noise.of(scenario, labels), scenario.parameters
         model, start = _Builder(numbered(scenario, samples), scenario.data.files, held, noise).build()
-        check_derivatives(model, scenario.data.integrator)
-        if may_change(scenario.data.integrator):
+        if scenario.data.files:
+            from lienumba.scenario.start.code import check_derivatives
+
+            check_derivatives(model, scenario.data.integrator)
+        if model.quantities and may_change(scenario.data.integrator):
             model = with_stops(model)
         values = parameters.values(samples)
         measures = (
@@ -122,7 +124,8 @@ class _Builder:
         self.drivers = {driver.name: i for i, driver in enumerate(data.drivers)}
         asked = [(str(x.joint), x.coordinate) for x in data.events if x.action in (LOCK.name, UNLOCK.name)]
         locked = [joint.name for joint in data.joints if joint.locked]
-        self.locks = locks_of(asked, {joint.name: joint.type for joint in data.joints}, locked)
+        kinds = {joint.name: joint.type for joint in data.joints}
+        self.locks = locks_of(asked, kinds, locked) if asked or locked else ()
 
     def build(self) -> tuple[Model, Start]:
         data = self.data
@@ -144,7 +147,11 @@ class _Builder:
             held=self.held,
         )
         poses, joints = tuple(map(self.pose, data.bodies)), tuple(map(self.joint_start, data.joints))
-        return tried(model), Start(poses, joints, self.rotation())
+        if self.files:
+            from lienumba.scenario.start.code import tried
+
+            model = tried(model)
+        return model, Start(poses, joints, self.rotation())
 
     def joint(self, joint: JointType) -> m.Joint:
         """A joint, and whether events switch it."""
@@ -195,6 +202,8 @@ class _Builder:
     ) -> m.Code:
         known = [seen.name for seen in (*self.data.quantities, *self.data.noise)]
         known += [force.name for force in self.data.forces if getattr(force, "states", None)]
+        from lienumba.scenario.start.code import code_of
+
         code = m.Code(
             function_of(place, reference, self.files), returns, level, joints,
             states=tuple(states), memory=tuple(memory), every=every,

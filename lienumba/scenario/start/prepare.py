@@ -31,14 +31,9 @@ from lienumba.mechanics.system.switches import permanent, switches_of
 from lienumba.mechanics.tree.links import with_ways
 from lienumba.mechanics.tree.spanning import closing_rows, idle
 from lienumba.scenario.base.problems import Report
-from lienumba.scenario.checks.drivers import check_function
-from lienumba.scenario.checks.tables import check_samples
 from lienumba.scenario.checks.times import looked_at
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.build import build, refuse_invalid, unphysical
-from lienumba.scenario.start.design import draw
-from lienumba.scenario.start.resting import resting
-from lienumba.scenario.start.stops import begin_beyond, problems_of_captures, problems_of_stops
 from lienumba.scenario.start.violations import NOT_FINITE, violations
 from lienumba.words import listed
 
@@ -104,6 +99,8 @@ def _nominal_start(scenario: Scenario) -> Nominal:
     now = done.instant(0)
     whole, rests = with_ways(rank.nominal(done.model), now.bodies), None
     if start.rotation is not None and not problems:
+        from lienumba.scenario.start.resting import resting
+
         rested = resting(whole, done.state.reshape(1, -1), done.angles, start.rotation)
         now, rests = rested.instant(0), int(rested.status[0])
     nominal, lasting = beginning(whole), permanent(whole)
@@ -127,13 +124,17 @@ def _nominal_start(scenario: Scenario) -> Nominal:
             ),
         )
     _check_massless(lasting, now)
-    _check_drivers(nominal, now)
-    _check_played(scenario, nominal)
+    if nominal.drivers:
+        _check_drivers(nominal, now)
+        _check_played(scenario, nominal)
     _check_forces(whole, now)
-    if touching := problems_of_stops(whole, now):
-        raise ScenarioError(*touching)
-    if never := problems_of_captures(whole, now, scenario.data.integrator.end_time):
-        raise ScenarioError(*never)
+    if whole.limits or whole.contacts or whole.events:
+        from lienumba.scenario.start.stops import problems_of_captures, problems_of_stops
+
+        if touching := problems_of_stops(whole, now):
+            raise ScenarioError(*touching)
+        if never := problems_of_captures(whole, now, scenario.data.integrator.end_time):
+            raise ScenarioError(*never)
     if scenario.data.integrator.engine is not None:
         _check_engine(scenario, whole, now)
     always = _rank(lasting, typical) if switches_of(whole) else found
@@ -196,6 +197,8 @@ def _check_drivers(model: Model, now: Instant) -> None:
 
 def _check_played(scenario: Scenario, model: Model) -> None:
     """What a driver reads of inputs may not jump, as what it reads of tables."""
+    from lienumba.scenario.checks.drivers import check_function
+
     report = Report(times=looked_at(scenario.data.integrator))
     for driver in model.drivers:
         for x in driver.value:
@@ -285,9 +288,13 @@ def _written(place: str, given: float) -> str:
 
 def design(scenario: Scenario, labels: Sequence[int]) -> dict[str, np.ndarray]:
     """The samples (runs,) of these runs, by path; a ScenarioError if they ask for what the scenario does not have."""
-    data = scenario.data
+    if not scenario.data.sweep.vary and not scenario.parameters.tables:
+        return {}
+    from lienumba.scenario.checks.tables import check_samples
+    from lienumba.scenario.start.design import draw
+
     samples = draw(scenario, labels)
-    check_samples(scenario.parameters, samples, labels, data.integrator.end_time)
+    check_samples(scenario.parameters, samples, labels, scenario.data.integrator.end_time)
     return samples
 
 
@@ -315,8 +322,11 @@ def prepare(
     whole = 1 < runs == asked and asked >= data.sweep.runs
     if whole and bad.all():
         refuse_invalid(scenario, samples)
-    apart = ~begin_beyond(done.model, Instant(_rows(done.state), 0.0, {**done.angles}), runs)
-    good = done.good & apart & _same_rank(done, nominal.lasting)
+    good = done.good & _same_rank(done, nominal.lasting)
+    if model.limits or model.contacts:
+        from lienumba.scenario.start.stops import begin_beyond
+
+        good &= ~begin_beyond(done.model, Instant(_rows(done.state), 0.0, {**done.angles}), runs)
     codes = np.where(bad, INVALID, np.where(good, SUCCESS, NOT_ASSEMBLED)).astype(np.int8)
     if whole and np.all(codes == NOT_ASSEMBLED):
         varied = ", ".join(samples)
@@ -330,6 +340,8 @@ def prepare(
     states = states.reshape(runs, -1)
     if start.rotation is None:
         return Prepared(list(labels), samples, model, states, done.angles, codes, nominal)
+    from lienumba.scenario.start.resting import resting
+
     found, axes = resting(model, states, done.angles, start.rotation), start.rotation
     rests = np.where(codes == SUCCESS, found.status, NONE_FOUND).astype(np.int8)
     codes = np.where((codes == SUCCESS) & (rests == NONE_FOUND), NO_EQUILIBRIUM, codes).astype(np.int8)

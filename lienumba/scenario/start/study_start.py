@@ -1,17 +1,19 @@
 """What is known of a study before anything is compiled: its problems, their starts, and what is stated of them."""
 
-from collections.abc import Callable, Sequence
-from typing import TypeVar
+from __future__ import annotations
 
-import numpy as np
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, TypeVar
 
 from lienumba.errors import ScenarioError
-from lienumba.scenario.checks import reference_formulas
-from lienumba.scenario.reading.datasets import read_reference
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Nominal, check_initial, design
-from lienumba.scenario.study_errors import STATE, Truth
-from lienumba.scenario.study_points import Plan, Point
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lienumba.scenario.study_errors import Truth
+    from lienumba.scenario.study_points import Plan, Point
 
 T = TypeVar("T")
 
@@ -43,6 +45,10 @@ def told(point: Point, act: Callable[[Scenario], T]) -> T:
 
 def stated(scenario: Scenario, point: Point, labels: Sequence[int], samples: dict[str, np.ndarray]) -> Truth | None:
     """What formulas or a file say of a problem; None where the reference is to be simulated."""
+    from lienumba.scenario.checks import reference_formulas
+    from lienumba.scenario.reading.datasets import read_reference
+    from lienumba.scenario.study_errors import STATE
+
     data, own = scenario.data, point.scenario
     assert data.study is not None
     reference = data.study.reference
