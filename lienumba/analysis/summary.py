@@ -16,8 +16,8 @@ from lienumba.batch.statuses import GOOD, SUCCESS
 from lienumba.errors import ScenarioError
 from lienumba.integrators.codes import UNSTABLE
 from lienumba.mechanics.system.joint_coordinates import UNITS
-from lienumba.store.form import SHORT_STEPS, warnings_in
-from lienumba.store.layout import RELATIVE_DRIFT, RUN, VARIABLES
+from lienumba.store.form import SHORT_STEPS
+from lienumba.store.layout import RELATIVE_DRIFT, RUN, VARIABLES, warnings_in
 from lienumba.store.names import SHOW
 from lienumba.store.study_layout import is_study
 from lienumba.sweep.weighted import quantiles

@@ -1,7 +1,7 @@
 """Whether each run meets what is wanted of it, by which margin, and what that says of all of them."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -54,33 +54,21 @@ class Judged:
         return np.where(good | (self.requirement.failed == "count"), enough, -1).astype(np.int8)
 
 
-class Judges:
-    """All requirements of a scenario."""
-
-    def __init__(self, judged: tuple[Judged, ...]) -> None:
-        self.judged = judged
-
-    def judge(self, records: np.ndarray) -> None:
-        """Write into records of runs whether they meet each, and by which margin."""
-        good = np.isin(records["status"], GOOD)
-        for n, one in enumerate(self.judged):
-            margins = one.margins(records)
-            records[MARGIN][:, n] = margins
-            records[MET][:, n] = one.met(margins, good)
-
-    @property
-    def units(self) -> dict[str, str]:
-        """The units of the margins, by the names of the requirements."""
-        return {one.requirement.name: one.units for one in self.judged}
+def judge_runs(records: np.ndarray, judged: Sequence[Judged]) -> None:
+    """Write into records of runs whether they meet each requirement, and by which margin."""
+    good = np.isin(records["status"], GOOD)
+    for n, one in enumerate(judged):
+        margins = one.margins(records)
+        records[MARGIN][:, n] = margins
+        records[MET][:, n] = one.met(margins, good)
 
 
-def judges_of(resolved: Scenario, names: Callable[[], Names]) -> Judges:
-    """Those of a scenario; a ScenarioError if one is about none of these names."""
+def judged_of(resolved: Scenario, names: Names) -> tuple[Judged, ...]:
+    """All requirements of a scenario; a ScenarioError if one is about none of these names."""
     found, problems = [], []
-    every = names() if resolved.data.model.requirements else Names({})
     for requirement in resolved.data.model.requirements:
         measured = requirement.name in resolved.parameters.measures and is_formula(requirement.value)
-        others = replace(every, requirements=[name for name in every.requirements if name != requirement.name])
+        others = replace(names, requirements=[name for name in names.requirements if name != requirement.name])
         try:
             number = find_one(requirement.name if measured else requirement.value, others)
             found.append(Judged(requirement, (number.variable, number.place), number.units))
@@ -88,14 +76,12 @@ def judges_of(resolved: Scenario, names: Callable[[], Names]) -> Judges:
             problems.append(error.at(f"{REQUIREMENTS}.{requirement.name}.value", requirement.value))
     if problems:
         raise ScenarioError(*problems)
-    return Judges(tuple(found))
+    return tuple(found)
 
 
 def verdicts(resolved: Scenario, labels: np.ndarray, column: Column) -> Iterator[Verdict]:
     """The verdicts on runs with these labels, the nominal one apart."""
     sweep, requirements = resolved.data.sweep, resolved.data.model.requirements
-    if not requirements:
-        return
     sampler = SAMPLERS[sweep.sampler]
     inputs = sum(kind.dimensions > 0 for kind in sweep.vary.values())
     drawn = labels[sampler.counting(labels, inputs)]
@@ -111,7 +97,5 @@ def verdicts(resolved: Scenario, labels: np.ndarray, column: Column) -> Iterator
 def attributes(resolved: Scenario, labels: np.ndarray, column: Column) -> dict[str, str]:
     """What the dataset says of them: a sentence for each, and the same for programs."""
     found = list(verdicts(resolved, labels, column))
-    if not found:
-        return {}
     sentences = "\n".join(verdict.sentence() for verdict in found)
     return {VERDICT: sentences, VERDICTS: json.dumps([verdict.to_dict() for verdict in found])}

@@ -17,7 +17,7 @@ from lienumba.batch.records import Layout, per_run
 from lienumba.batch.statistics import MEANINGS, STATISTICS, energy_scale
 from lienumba.batch.statuses import GOOD, INVALID, NOT_ASSEMBLED, UNDEFINED
 from lienumba.engine.fields import Field, changes_told, fates, measured, reduced
-from lienumba.engine.requirements import judges_of
+from lienumba.engine.requirements import judge_runs, judged_of
 from lienumba.errors import ScenarioError
 from lienumba.integrators.tracing.program import Outline
 from lienumba.mechanics.elements.quantities import XYZ, Part, owner
@@ -94,8 +94,8 @@ class Results:
         else:
             courses_of_some = [replace(x, spec=replace(x.spec, dims=(FULL, *x.spec.dims[1:]))) for x in courses]
             self.tables = {"run": once} | ({FULL: courses_of_some} if output.full_runs and courses else {})
-        self.judges = judges_of(resolved, lambda: self.names)
-        wanted = (len(self.judges.judged),)
+        self.judged = judged_of(resolved, self.names) if data.model.requirements else ()
+        wanted = (len(self.judged),)
         follow = [Field(name, VARIABLES[name], wanted, None, dtype) for name, dtype in ((MARGIN, "f8"), (MET, "i1"))]
         self.tables["run"] = [*self.tables["run"], *(follow if all(wanted) else ())]
         if resolved.weighted:
@@ -105,7 +105,7 @@ class Results:
         """The same of a scenario that differs from this one in numbers of the model alone."""
         other = copy(self)
         other.resolved, other.model, other.nominal = resolved, nominal.model, nominal
-        other.judges = judges_of(resolved, lambda: self.names)
+        other.judged = judged_of(resolved, self.names) if self.judged else ()
         return other
 
     def _stored(self, name: str, variables: list[str]) -> bool:
@@ -334,7 +334,8 @@ class Results:
                 with np.errstate(over="ignore"):  # what single precision cannot hold is infinite
                     records[field.name] = values if kept.all() else values[kept]
             found[table] = records
-        self.judges.judge(found["run"])
+        if self.judged:
+            judge_runs(found["run"], self.judged)
         for name, formula in self.resolved.parameters.measures.items():
             if formula.times:  # a time that there is not; whoever judged has seen that it is late, or early
                 column: Any = found["run"][name]
@@ -399,7 +400,7 @@ class Results:
             changes=self.changes,
             switches=self.layout.switches,
             start=self.start,
-            requirements=self.judges.units,
+            requirements={one.requirement.name: one.units for one in self.judged},
             shared=self.nominal.rank.shared,
             own={field.name: field.spec for fields in self.tables.values() for field in fields},
             inputs=samples,

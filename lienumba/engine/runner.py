@@ -101,7 +101,7 @@ def run(
     from lienumba.engine.results import Results
     from lienumba.engine.simulate import Progress
     from lienumba.store.files import read
-    from lienumba.store.form import warnings_in
+    from lienumba.store.layout import warnings_in
     from lienumba.store.outputs import write
     from lienumba.store.shards import Shards
     from lienumba.store.targets import claimed_dataset
@@ -177,7 +177,6 @@ def _computing(results: "Results", workers: int, dask: object) -> "Iterator[Comp
 def in_memory(results: "Results", runs: "Runs", compute: "Compute", tell: "Tell") -> "xr.Dataset":
     """The dataset of these runs."""
     from lienumba.engine.quality import result_warnings
-    from lienumba.engine.requirements import attributes
     from lienumba.engine.simulate import Memory, simulate
     from lienumba.engine.stopping import stopping_of
 
@@ -190,8 +189,7 @@ def in_memory(results: "Results", runs: "Runs", compute: "Compute", tell: "Tell"
         raise Interrupted(NOT_KEPT) from None
     kept = enough.kept(runs.labels)
     runs = runs.part(kept)
-    said = enough.attributes() | attributes(resolved, runs.labels, memory.column)
-    said |= result_warnings.attributes(resolved, runs, memory.column)
+    said = enough.attributes() | result_warnings.attributes(resolved, runs, memory.column)
     return results.dataset(memory.columns(kept), runs.labels, runs.samples, len(runs.labels), **said)
 
 
@@ -210,7 +208,6 @@ def on_disk(
     from lienumba.engine.disk.resume import manifest
     from lienumba.engine.disk.sweep_files import Arrived, sweep_files
     from lienumba.engine.quality import result_warnings
-    from lienumba.engine.requirements import attributes
     from lienumba.engine.simulate import Progress, simulate
     from lienumba.engine.stopping import stopping_of
     from lienumba.store.shards import LABEL
@@ -249,8 +246,7 @@ def on_disk(
                         dataset.follow(sure, there.sources(results.tables))
             runs = runs.part(enough.kept(runs.labels) | np.isin(runs.labels, there.older))
             total, failed = len(runs.labels), there.failed()
-            said = enough.attributes() | attributes(resolved, runs.labels, there.column)
-            said |= result_warnings.attributes(resolved, runs, there.column)
+            said = enough.attributes() | result_warnings.attributes(resolved, runs, there.column)
             dataset.finish(  # what cannot be written now can be from the shards
                 results.labels(runs.labels),
                 there.sources(results.tables),

@@ -5,8 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lienumba.store.form import warnings_in
-from lienumba.store.layout import VERDICT
+from lienumba.store.layout import VERDICT, warnings_in
 from lienumba.store.linear_layout import MODES, is_modes
 from lienumba.store.targets import DATASET_STARTS
 from lienumba.words import plural

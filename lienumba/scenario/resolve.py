@@ -234,7 +234,6 @@ def resolve(
     source: object,
     *,
     overrides: Mapping[str, object] | None = None,
-    runs_count: int | None = None,
     seed: int | None = None,
     allow_code: bool = False,
     counted: bool = True,
@@ -245,8 +244,6 @@ def resolve(
         rule, remedy = "must be a mapping from paths to values", 'give them such as {"integrator.step": 1e-4}'
         raise ScenarioError.at("overrides", rule, remedy, overrides)
     changes = dict(overrides or {})
-    if runs_count is not None:
-        changes["sweep.runs"] = runs_count
     if seed is not None:
         if isinstance(seed, int) and seed >= 2**63:
             raise ScenarioError.at("seed", "must be below 2^63", "give a whole number from 0 to 2^63 - 1", seed)

@@ -13,7 +13,7 @@ from lienumba.batch.changes import KIND_OF, NONE
 from lienumba.batch.statuses import STATUSES
 from lienumba.errors import ScenarioError
 from lienumba.store import linear_layout, study_layout
-from lienumba.store.layout import COORDINATES, FULL, RUN, SAID_OF, VARIABLES, VERDICT, VERDICTS
+from lienumba.store.layout import COORDINATES, FULL, RUN, SAID_OF, VARIABLES, VERDICT, VERDICTS, WARNINGS
 from lienumba.store.refusals import check_dimension, check_together, damaged
 from lienumba.sweep.samplers import DEFAULT, RETIRED
 
@@ -24,7 +24,6 @@ DIMENSIONS = ("run", "time", "body", "joint", "axis", "body_axis")  # of which a
 NUMBERED = (RUN[0], FULL, "change")  # dimensions whose labels are whole numbers
 # Attributes that are texts: of variables, and of the whole.
 TEXTS = ("units", "long_name", "frame", "role", "path", "not_unique", "measure")
-WARNINGS = "warnings"  # a sentence in each line
 SHORT_STEPS = ("short_steps", "stiff", "chatters")  # the last two in older files
 SAID = ("title", "history", "source", "scenario_sha256", "cpu", "stopped", *SHORT_STEPS, WARNINGS, VERDICT, VERDICTS)
 LONGEST = 10_000  # characters of a title, of what is said of a variable, of a label
@@ -233,8 +232,3 @@ def _check_statuses(status: xr.DataArray, where: str) -> None:
     for code in np.unique(status.values).tolist():
         if code not in known:
             raise damaged(where, f"status has a value {code}, which means nothing")
-
-
-def warnings_in(ds: xr.Dataset) -> list[str]:
-    """The warnings about its results that a dataset has."""
-    return str(ds.attrs.get(WARNINGS, "")).splitlines()

@@ -52,6 +52,7 @@ class Variable:
 MARGIN, MET = "requirement_margin", "requirement_met"
 WEIGHT, RELATIVE_DRIFT = "weight", "max_relative_energy_drift"
 VERDICT, VERDICTS = "verdict", "verdicts"  # attributes: sentences, and the same as JSON
+WARNINGS = "warnings"  # an attribute: a sentence in each line
 FEW = 64  # runs, up to which what datasets have in common is kept
 FRAMES: Memo[xr.Dataset] = Memo(16)
 # Of every run, whatever is stored over time.
@@ -338,3 +339,8 @@ def _flags() -> dict[str, object]:
         "flag_meanings": " ".join(status.name for status in STATUSES),
         "comment": "\n".join(f"{status.name}: {status.sentence}" for status in STATUSES),
     }
+
+
+def warnings_in(ds: xr.Dataset) -> list[str]:
+    """The warnings about its results that a dataset has."""
+    return str(ds.attrs.get(WARNINGS, "")).splitlines()

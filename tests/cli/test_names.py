@@ -14,7 +14,7 @@ import lienumba
 from lienumba import ScenarioError, analysis
 from lienumba.analysis.panels.select_panels import named_panels
 from lienumba.engine.rare.limit import Limit
-from lienumba.engine.requirements import judges_of
+from lienumba.engine.requirements import judged_of
 from lienumba.engine.results import Results
 from lienumba.engine.select_run import worst
 from lienumba.engine.stopping import stopping_of
@@ -159,9 +159,7 @@ def test_the_end_of_a_sweep_knows_every_number_of_a_run(name: str) -> None:
 @pytest.mark.parametrize(("name", "said"), {**NO_NUMBER, "pek": 'the nearest known name is "peak"'}.items())
 def test_requirements_say_what_is_no_number_of_a_run(name: str, said: str) -> None:
     with pytest.raises(ScenarioError) as refused:
-        judges_of(
-            resolve(EVERYTHING | {"requirements": [SOON | {"value": name}]}), lambda: results_of_everything().names
-        )
+        judged_of(resolve(EVERYTHING | {"requirements": [SOON | {"value": name}]}), results_of_everything().names)
     assert str(refused.value).startswith(f'requirements.in time.value = "{name}": ')
     assert said in str(refused.value)
 

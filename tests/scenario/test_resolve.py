@@ -102,9 +102,9 @@ def test_overrides_are_toml_or_bare_words() -> None:
             "projection.velocity": "none",
             "bodies.top.rotation": "{ axis = [0, 0, 1], angle = 0.5 }",
             "title": '"On the moon"',
+            "sweep.runs": 5,
         },
         seed=7,
-        runs_count=5,
     )
     data = scenario.data
     assert (data.integrator.step, data.integrator.method) == (5e-4, "euler")

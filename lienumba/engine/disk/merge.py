@@ -16,7 +16,6 @@ from lienumba.batch.execute import usable_cores
 from lienumba.engine.disk.resume import check_parts
 from lienumba.engine.progress import shown
 from lienumba.engine.quality import result_warnings
-from lienumba.engine.requirements import attributes
 from lienumba.engine.results import Results
 from lienumba.engine.simulate import Progress, Runs, Tell
 from lienumba.errors import ScenarioError
@@ -202,7 +201,7 @@ def _write(parts: Sequence[Finished], output: Output, tell: Tell) -> None:
             return found
 
         runs = Runs(labels, samples, check_initial(resolved))
-        said = attributes(resolved, labels, column) | result_warnings.attributes(resolved, runs, column)
+        said = result_warnings.attributes(resolved, runs, column)
         stream.finish(columns | samples, said)
     finally:
         stream.discard()

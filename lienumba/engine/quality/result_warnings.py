@@ -8,6 +8,7 @@ on a run with many short steps that a tolerance chose, with the usual reasons.
 import numpy as np
 
 from lienumba.batch.statuses import GOOD, NON_FINITE, SUCCESS, UNDEFINED
+from lienumba.engine import requirements
 from lienumba.engine.quality.undefined_laws import first_undefined
 from lienumba.engine.requirements import Column
 from lienumba.engine.simulate import Runs
@@ -15,22 +16,22 @@ from lienumba.integrators.methods import METHODS
 from lienumba.scenario.checks.integrator import relative_of
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.scenario import Tolerance
-from lienumba.store.form import WARNINGS
-from lienumba.store.layout import RELATIVE_DRIFT
+from lienumba.store.layout import RELATIVE_DRIFT, WARNINGS
 
 ENERGY_RTOL = 1e-3  # of the exchanged energy: errors of the motion of 1 % nearly always come with more
 REJECTED = 1000  # steps of a run from which on it is told that most were rejected
 SHOWN = 5  # labels
-SHORT_STEPS = 10_000  # of a run, from which on it is told that they are short
+MANY_STEPS = 10_000  # of a run, from which on it is told that they are short
 LONGEST_PART = 0.5  # of max_step: longer steps are as long as the scenario lets them be
 EPSILON = float(np.finfo(float).eps)
 
 
 def attributes(resolved: Scenario, runs: Runs, column: Column) -> dict[str, str]:
-    """What the dataset says of its runs: nothing, or a sentence for each rule, and one on short steps."""
+    """What the dataset says of its runs: verdicts on requirements, a sentence for each rule, and one on short steps."""
+    told = requirements.attributes(resolved, runs.labels, column) if resolved.data.model.requirements else {}
     if not len(runs.labels):
-        return {}
-    told = _short_steps(resolved, runs.labels, column)
+        return told
+    told |= _short_steps(resolved, runs.labels, column)
     status = column("status", runs.labels)
     good, undefined = np.isin(status, GOOD), np.isin(status, (NON_FINITE, UNDEFINED))
     found = [*_energy(resolved, runs.labels, column, good), *_rejected(runs.labels, column, good)]
@@ -87,7 +88,7 @@ def _short_steps(resolved: Scenario, labels: np.ndarray, column: Column) -> dict
         return {}
     steps = np.where(column("status", labels) == SUCCESS, column("steps", labels), 0)
     worst = int(steps.argmax())
-    if steps[worst] < SHORT_STEPS:
+    if steps[worst] < MANY_STEPS:
         return {}
     length = integrator.end_time / int(steps[worst])
     if integrator.max_step is not None and length >= LONGEST_PART * integrator.max_step:

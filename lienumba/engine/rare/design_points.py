@@ -24,12 +24,12 @@ def form(margins: Margins, dimensions: int, runs: int, seed: int, confidence: fl
     return Estimate("form", tail if origin > 0.0 else 1.0 - tail, 0.0, 1.0, confidence, taken, points, distances)
 
 
-def design_points(margins: Margins, d: int, seed: int, starts: int = STARTS) -> tuple[np.ndarray, float, int]:
+def design_points(margins: Margins, d: int, seed: int) -> tuple[np.ndarray, float, int]:
     """Design points (k, d), nearest first, the margin in the origin, and the runs that these took: by the
     iteration of Hasofer, Lind, Rackwitz and Fiessler (Computers and Structures 9 (1978) 489) with halved steps, from
     the origin, points about it, and the opposite of what was found."""
     rng = np.random.default_rng([seed, REPLICAS])
-    waiting = [np.zeros(d), *(2.0 * _directions(rng, starts - 1, d))]
+    waiting = [np.zeros(d), *(2.0 * _directions(rng, STARTS - 1, d))]
     taken = 1
     found: list[np.ndarray] = []
     origin = float(finite(margins(np.zeros((1, d))))[0])
@@ -39,7 +39,7 @@ def design_points(margins: Margins, d: int, seed: int, starts: int = STARTS) -> 
         taken += count
         if point is not None and all(np.linalg.norm(point - x) > APART for x in found):
             found.append(point)
-            if len(found) <= starts // 2:
+            if len(found) <= STARTS // 2:
                 waiting.append(-point)
     if not found:
         raise ScenarioError(

@@ -104,7 +104,7 @@ class Limit:
 
     @property
     def units(self) -> str:
-        return self.results.judges.units[self.requirement]
+        return next(one.units for one in self.results.judged if one.requirement.name == self.requirement)
 
     def units_of(self, path: str) -> str:
         """Those of an input."""

@@ -14,7 +14,7 @@ from lienumba.present.html import verdict
 from lienumba.present.html.markup import Markup, element, join, number, sentence
 from lienumba.scenario.base.toml import Tables
 from lienumba.scenario.resolve import written_tables
-from lienumba.store.form import warnings_in
+from lienumba.store.layout import warnings_in
 from lienumba.store.linear_layout import is_modes
 from lienumba.store.study_layout import grid_of, is_study
 from lienumba.words import listed, plural
