@@ -3,8 +3,7 @@
 import ast
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from lienumba.errors import BadValueError
 from lienumba.numerics import operations
@@ -40,8 +39,7 @@ class NotAFormulaError(ExpressionError):
     """A text that is not written as formulas are."""
 
 
-@dataclass(frozen=True)
-class Allowed:
+class Allowed(NamedTuple):
     """What a formula may name, and what it has named."""
 
     allowed: frozenset[str]

@@ -90,8 +90,8 @@ class Engine:
         self.resolved = scenario(robot.source, settings, robot.armature)
         start = prepare(self.resolved, [0])
         runs = len(robot.q)
-        self.prepared = replace(
-            start, labels=list(range(runs)), states=robot.tree.states(robot.q, robot.v), codes=np.zeros(runs, np.int8),
+        self.prepared = start._replace(
+            labels=list(range(runs)), states=robot.tree.states(robot.q, robot.v), codes=np.zeros(runs, np.int8),
             angles={j: np.full(runs, angle[0]) for j, angle in start.angles.items()},
         )  # fmt: skip
         self.program, self.machine = simulate.compiled_of(self.resolved, self.prepared, True)

@@ -101,7 +101,7 @@ def somewhere(model: Model, seed: int, on: bool = True) -> Case:
         used = C[[row for row, m in enumerate(tried) if m]]
         if np.linalg.svd(used.T, compute_uv=False)[len(used) - 1 :].max(initial=0.0) > 1e-2:
             mask = tried
-            modes[switch.key] = replace(modes[switch.key], on=how)
+            modes[switch.key] = modes[switch.key]._replace(on=how)
     return Case(model, replace(posture, modes=modes), mask)
 
 

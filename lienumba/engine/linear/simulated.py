@@ -74,7 +74,7 @@ def simulated(scenario: Scenario, prepared: Prepared, times: list[float]) -> dic
 
 def _run(scenario: Scenario, prepared: Prepared, times: list[float]) -> Records:
     """The runs of a scenario up to the last of these times."""
-    again = replace(prepared, nominal=replace(prepared.nominal, scenario=scenario))
+    again = prepared._replace(nominal=prepared.nominal._replace(scenario=scenario))
     program, machine = compiled_of(scenario, again, False)
     batch = replace(batch_of(scenario, again, program, machine), until=times[-1])
     states = np.full((batch.runs, len(times), state_rows(program.sizes)), np.nan)

@@ -7,7 +7,7 @@ unit velocities, its columns of C. A velocity-level law reads v and w: its value
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,8 +25,7 @@ TOGETHER = tuple(seeds(UNITS))
 Rates = tuple[Any, ...]  # numbers, or derivatives along several directions at once
 
 
-@dataclass(frozen=True)
-class Motion:
+class Motion(NamedTuple):
     """The motion of one body: r and v of the mass centre (global), R (body to global), w (body frame)."""
 
     r: Any
@@ -42,8 +41,7 @@ class Motion:
 FIXED = Motion(AT_REST, so3.IDENTITY)
 
 
-@dataclass(frozen=True)
-class Mode:
+class Mode(NamedTuple):
     """The mode of a switched constraint. on: OFF, STICK or SLIDE; memory: numbers that it keeps while it is on."""
 
     on: Any = 0.0
@@ -151,7 +149,7 @@ def _unit(view: View, body: int, velocity: Rates, velocity_level: bool) -> View:
 def drifting(now: Instant, ends: tuple[int, ...], drifts: Sequence[Matrix]) -> View:
     """The R of every body moving along a matrix of its own (9 numbers each), which may lead off SO(3); time stands."""
     view = still(now, ends)
-    motions = {i: replace(m, R=_duals(m.R, drifts[i])) for i, m in view.motions.items()}
+    motions = {i: m._replace(R=_duals(m.R, drifts[i])) for i, m in view.motions.items()}
     return replace(view, motions=motions)
 
 

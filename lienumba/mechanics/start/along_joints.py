@@ -9,9 +9,9 @@ W global.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import pi
-from typing import Any
+from typing import Any, NamedTuple
 
 from lienumba.groups import so3
 from lienumba.mechanics.elements import joints
@@ -24,8 +24,7 @@ from lienumba.mechanics.tree.spanning import Tie, joints_of, leads
 from lienumba.numerics.operations import is_zero
 
 
-@dataclass(frozen=True)
-class Along:
+class Along(NamedTuple):
     """local: as in `Poses`; ties: by which joints bodies were put there, parents first."""
 
     local: tuple[Local, ...]
@@ -228,7 +227,7 @@ def moving_along(
             n = [so3.rotate(first.R, axis) for axis in _axes(joint)]
             turning = _along(sign, so3.rotate(relative.E, relative.w), n, turning)
             parting = _along(sign, relative.rate, n, ZERO)
-        body = replace(body, w=so3.rotate_back(body.R, turning))
+        body = body._replace(w=so3.rotate_back(body.R, turning))
         moving[i] = _moving(joint, says, parent, body, tie.side, parting)
     return tuple((*bodies[i][0:12], *moving[i].v, *moving[i].w) for i in range(len(bodies)))
 
@@ -263,4 +262,4 @@ def _moving(
     ends = _ends(joint, says)
     along, own = so3.rotate(parent.R, ends[1 - side]), so3.rotate(body.R, ends[side])
     at = so3.add(parent.v, so3.cross(so3.rotate(parent.R, parent.w), along))
-    return replace(body, v=so3.subtract(so3.add(at, parting), so3.cross(so3.rotate(body.R, body.w), own)))
+    return body._replace(v=so3.subtract(so3.add(at, parting), so3.cross(so3.rotate(body.R, body.w), own)))

@@ -7,7 +7,7 @@ to where they start: at rest, as guessed, or moving with the body to which they 
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,8 +29,7 @@ LENT = 1e-4  # of the lightest body, a massless one gets so much; `velocities` t
 FEW = 4  # bodies up to which the least change is found from anywhere; more start along joints without references, too
 
 
-@dataclass(frozen=True)
-class Condition:
+class Condition(NamedTuple):
     """Something that the start has to fulfil: a "joint", a "driver", or what is given for a coordinate of a joint, by
     the name of this or of its rate; name: of the joint or driver; kinds: one letter for each row, "m" for a length, "r"
     for an angle; of_positions: whether only positions have to."""
@@ -43,8 +42,7 @@ class Condition:
     of_positions: bool = False
 
 
-@dataclass(frozen=True)
-class Assembly:
+class Assembly(NamedTuple):
     """model: with all that the start decides; state (runs, k, 18); angles: those that count turns (runs,) rad; per row
     of the conditions (runs, m): the violations left (m or 1, m/s or rad/s), and the limits up to which they are
     accepted.
@@ -83,7 +81,7 @@ def assemble(model: Model, start: Start, runs: int) -> Assembly:
             done = _assemble(holding, start, runs)
         except ZeroDivisionError:  # of plain numbers, which are faster
             done = _assemble(map_numbers(holding, _divisible), _all_divisible(start), runs)
-    return replace(done, model=_switched(model, done.model))
+    return done._replace(model=_switched(model, done.model))
 
 
 def _switched(model: Model, done: Model) -> Model:

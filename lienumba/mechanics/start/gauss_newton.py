@@ -4,8 +4,7 @@ Elementwise: a run that has converged stays where it is, and no run sees another
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -42,8 +41,7 @@ ALIKE = 1e-3
 FLIPPED = 1.0  # the violation of what points the other way, where other starts may lead elsewhere
 
 
-@dataclass(frozen=True)
-class Closing:
+class Closing(NamedTuple):
     """rows: those of the model's constraints that hold on the position level and are known yet."""
 
     model: Model

@@ -6,8 +6,7 @@ What is free to be solved for is free in these terms, so that a body which moves
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,8 +23,7 @@ Local = tuple[Any, ...]  # p, R_rel: 12 numbers per body
 Rates = tuple[Any, ...]  # v_rel, w_rel: 6 numbers per body
 
 
-@dataclass(frozen=True)
-class Poses:
+class Poses(NamedTuple):
     """bases: of each body (GROUND where it has none); order: bases before the bodies that refer to them.
 
     Free columns (6 per body) by what they are: shifts and turns of the position, and rates; loose: the shifts that
@@ -72,7 +70,7 @@ class Poses:
 
     def at(self, local: tuple[Local, ...], known: set[int]) -> "Poses":
         """The same, starting there; known: the bodies for which that is somewhere in particular."""
-        return replace(self, local=local, loose=self.loose - _columns(known, 0))
+        return self._replace(local=local, loose=self.loose - _columns(known, 0))
 
     def bodies(self, local: tuple[Local, ...], rates: tuple[Rates, ...] | None = None) -> tuple[Any, ...]:
         """Of every body the 18 numbers of the state; at rest without `rates`. A given number stays as it is."""

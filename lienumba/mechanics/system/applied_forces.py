@@ -6,9 +6,9 @@ potential changes by dV/dt: both by jets.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from lienumba.mechanics.elements import user_laws
 from lienumba.mechanics.elements.forces import law_of
@@ -22,8 +22,7 @@ from lienumba.numerics.jets import Jet, lift
 from lienumba.numerics.number import Number, Vector
 
 
-@dataclass(frozen=True)
-class _Acting:
+class _Acting(NamedTuple):
     """A force at an instant: J by body (rows x 6), and along each row the rate and the effort by its two causes."""
 
     J: dict[int, list[list[Any]]]

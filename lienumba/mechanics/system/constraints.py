@@ -7,9 +7,8 @@ C v' = xi = -bias;  C v = -Phi_t, or -psi(q, 0, t).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import partial, reduce
-from typing import Any
+from typing import Any, NamedTuple
 
 from lienumba.groups import so3
 from lienumba.mechanics.elements import drivers, user_laws
@@ -28,8 +27,7 @@ from lienumba.numerics.number import Matrix, Number, Vector
 from lienumba.numerics.operations import absolute, is_zero, maximum, sqrt, where
 
 
-@dataclass(frozen=True)
-class Constraint:
+class Constraint(NamedTuple):
     """kinds: one letter for each row, "m" for a length, "r" for an angle (m/s and rad/s below position level); own:
     whether its law is of the user's own; ties: whether it could do without the other constraints of its bodies;
     indifferent: whether its law knows only how its bodies lie to each other; vector: how many of its first rows are
@@ -60,7 +58,7 @@ def constraints_of(model: Model) -> list[Constraint]:
     switches = switches_of(model)
     for switch in switches:
         if switch.what == JOINT:
-            found.append(replace(_joint(model, switch.index), indifferent=False, vector=0, switch=switch))
+            found.append(_joint(model, switch.index)._replace(indifferent=False, vector=0, switch=switch))
     for x in laws.laws(model) if switches else ():
         found.append(
             Constraint(

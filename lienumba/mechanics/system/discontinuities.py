@@ -1,9 +1,8 @@
 """The times on which steps of a run must end, so that a method keeps its order: where something jumps."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from math import floor
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,8 +15,7 @@ from lienumba.numerics.expressions import Formula
 from lienumba.numerics.jets import Jet, lift
 
 
-@dataclass(frozen=True)
-class Discontinuity:
+class Discontinuity(NamedTuple):
     """The times at which a + b t reaches any of these knots; a and b are floats, or arrays (runs,)."""
 
     knots: np.ndarray

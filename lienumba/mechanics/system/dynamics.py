@@ -4,7 +4,6 @@ The paper's lambda is `mu`, `multipliers` or `Solution.mu` in the code.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 from lienumba.groups import so3
@@ -100,7 +99,7 @@ def accelerations(
     near = None if expected is None else axes.into(now, expected)
     coupling = constraints.friction_coupling(model, now)
     solution = kkt.solve(structure, mass_matrix(model, now), C, Q, xi, mask, near, coupling)
-    return replace(solution, x=axes.out_of(now, solution.x))
+    return solution._replace(x=axes.out_of(now, solution.x))
 
 
 def missing(

@@ -12,8 +12,8 @@ usual remedy, forgets the constraint force instead, which costs energy.)
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 from lienumba.mechanics.system.structure import Entries as Entries
 from lienumba.mechanics.system.structure import Structure as Structure
@@ -34,8 +34,7 @@ from lienumba.numerics.operations import is_zero, maximum, minimum, where
 Vectors = tuple[list[Any], list[Any]]  # of the size of x, and of that of mu
 
 
-@dataclass(frozen=True)
-class Solution:
+class Solution(NamedTuple):
     """x (6 k), mu (m); `by`: the elimination, to be used again."""
 
     x: list[Any]
@@ -165,8 +164,7 @@ class _Factors:
         return solved[: self.n], solved[self.n :]
 
 
-@dataclass(frozen=True)
-class Eliminated:
+class Eliminated(NamedTuple):
     """[A C^T; C 0] as L D L^T, for any number of right-hand sides. nonsingular, row_weights, margin: as in Solution."""
 
     structure: Structure
@@ -309,7 +307,7 @@ def solve(
     solution = eliminated.solve(f, g)
     if not structure.looped or expected is None:
         return solution
-    return replace(solution, x=corrected(structure, expected, solution.x, solution.margin))
+    return solution._replace(x=corrected(structure, expected, solution.x, solution.margin))
 
 
 def corrected(structure: Structure, x: Sequence[Number], dx: Sequence[Number], margin: Number) -> list[Any]:

@@ -84,7 +84,7 @@ def position_correction(
     for (row, column), entry in C.items():
         g[row] = g[row] + entry * along[column]
     solution = kkt.solve(structure, W, C, [0.0] * (6 * structure.bodies), g, position_mask(model, mask))
-    return replace(solution, x=axes.out_of(now, solution.x))
+    return solution._replace(x=axes.out_of(now, solution.x))
 
 
 def chord_correction(
@@ -224,7 +224,7 @@ def velocity_correction(
     W = weight.matrix(model, now)
     rates = [-rate for rate in constraints.rates(model, now, axes)]
     solution = kkt.solve(structure, W, C, [0.0] * (6 * structure.bodies), rates, mask)
-    return replace(solution, x=axes.out_of(now, solution.x))
+    return solution._replace(x=axes.out_of(now, solution.x))
 
 
 def tangential(

@@ -5,7 +5,7 @@ in the metric of the kinetic energy, so that the tolerance means the same whatev
 has the mass of another there.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,8 +30,7 @@ from lienumba.mechanics.tolerances import (
 from lienumba.numerics.number import Vector
 
 
-@dataclass(frozen=True)
-class Rank:
+class Rank(NamedTuple):
     """redundant: rows that depend on those before them, by joint or driver; shared: the joints and drivers whose
     reactions are not unique; exchangeable: all their rows (indices)."""
 

@@ -5,8 +5,7 @@ angle is measured by what each body turns about its own axis: where the axes are
 constant in the frames of the bodies. (What it differs by elsewhere is a combination of the joint's own rows.)
 """
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from lienumba.mechanics.elements.joints import JOINTS, coordinate, rate_of_turning
 from lienumba.mechanics.mechanism import kinematics
@@ -19,8 +18,7 @@ from lienumba.numerics.operations import is_zero, sqrt
 Entries = dict[tuple[int, int], Any]
 
 
-@dataclass(frozen=True)
-class Rotor:
+class Rotor(NamedTuple):
     """The rotor of a joint (index)."""
 
     model: Model

@@ -129,7 +129,7 @@ def modes_of(model: Model, on: Sequence[Number], memory: Sequence[Number]) -> Mo
 
 def resting(modes: Modes) -> Modes:
     """Modes with no joint sliding with friction."""
-    return {key: replace(mode, on=OFF) if key[0] == FRICTION else mode for key, mode in modes.items()}
+    return {key: mode._replace(on=OFF) if key[0] == FRICTION else mode for key, mode in modes.items()}
 
 
 def permanent(model: Model) -> Model:

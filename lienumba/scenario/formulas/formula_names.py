@@ -1,6 +1,7 @@
 """What formulas may read of the mechanism: the components of its quantities, and what each needs to be known."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 from lienumba.mechanics.elements import quantities
 from lienumba.mechanics.elements.drivers import DRIVERS, driver_form
@@ -16,8 +17,7 @@ from lienumba.scenario.base.problems import tables, well_named
 from lienumba.scenario.base.toml import Keys, table_in
 
 
-@dataclass(frozen=True)
-class Known:
+class Known(NamedTuple):
     """`sketch`: a model with the quantities that are well-formed, and of joints and drivers no more than these need."""
 
     sketch: Model

@@ -1,7 +1,7 @@
 """A formula of a whole run, taken apart: what has to be kept while the run goes on, and the arithmetic at its end."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +12,7 @@ NEVER = {FIRST: np.inf, LAST: -np.inf}
 VALUE, WHEN = "value", "time"  # what is known of what is kept, as the outer formula names it
 
 
-@dataclass(frozen=True)
-class MeasureFormula:
+class MeasureFormula(NamedTuple):
     """text: as it is written; signals: formulas of quantities, parameters and t, some of them conditions; kept: of
     these; outer: the number that it is, of names such as `kept[0].value`."""
 

@@ -9,7 +9,7 @@ import copy
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 from lienumba.keys.formulas import explained
 from lienumba.mechanics.mechanism.model import COUNT, FIRST, INTEGRAL, LARGEST, LAST, NONE, SMALLEST, Kept
@@ -237,8 +237,7 @@ EXAMPLES = {  # of what reducers take
 Arguments = list[Any]  # nodes, the condition or None behind them
 
 
-@dataclass(frozen=True)
-class Reducer:
+class Reducer(NamedTuple):
     """takes: what it is told, in words; windowed: whether a condition may stand behind that; unit: that of its value,
     or this one; {u}: that of the value."""
 

@@ -5,9 +5,9 @@ itself. A number is a float, or an array (runs,) where the sweep varies it.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import floor
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 
@@ -81,8 +81,7 @@ def numbered(scenario: Scenario, samples: Sampled) -> ModelSection:
     return paths.with_values(scenario.data.model, numbers)
 
 
-@dataclass(frozen=True)
-class _Noise:
+class _Noise(NamedTuple):
     """What the courses of noise depend on beside their types; labels (runs,); end: of the runs (s)."""
 
     seed: int

@@ -1,10 +1,9 @@
 """Before anything runs: the samples, the model with its numbers, the initial states, and whether they fit together."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from math import isfinite
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -40,8 +39,7 @@ from lienumba.words import listed
 CLOSE = 1e-9  # how far what a joint and its driver say of the start may differ, relative to it
 
 
-@dataclass(frozen=True)
-class Prepared:
+class Prepared(NamedTuple):
     """labels (runs,), samples by path (runs,), the model with arrays where it varies, states (runs, 18 k), angles of
     joints (runs,), codes; nominal: the start from which all runs choose the same rows of the redundant ones first;
     rests (runs,): the kinds of their equilibria (`codes.EQUILIBRIA`), and rotation, of axes against which they rest
@@ -58,8 +56,7 @@ class Prepared:
     rotation: Vec3 | None = None
 
 
-@dataclass(frozen=True)
-class Nominal:
+class Nominal(NamedTuple):
     """The mechanism with its nominal numbers, at its start; `typical`: a state a little later if the start is singular,
     else the start; rank: there, of what holds at the start;
     lasting: of what is never turned on or off; built, assembled: what `scenario` says, and what became of that; rests:

@@ -43,8 +43,7 @@ def with_start(prepared: Prepared, numbers: np.ndarray) -> Prepared:
     bodies, angles = ELEMENT * len(prepared.model.bodies), len(prepared.angles)
     laws = iter(numbers[:, bodies + angles :].T)
     forces = [replace(x, initial={name: next(laws) for name in x.initial}) for x in prepared.model.forces]
-    return replace(
-        prepared,
+    return prepared._replace(
         model=replace(prepared.model, forces=tuple(forces)),
         states=numbers[:, :bodies],
         angles=dict(zip(prepared.angles, numbers[:, bodies : bodies + angles].T, strict=True)),

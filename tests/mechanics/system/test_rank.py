@@ -80,7 +80,7 @@ def test_many_runs_have_the_ranks_that_each_has_alone(varied):
         joints = (joints[0], replace(joints[1], frames=(joints[1].frames[0], frame)))
     mass = numbers if varied == "mass" else body.mass
     model = replace(done.model, bodies=(replace(body, mass=mass),), joints=joints)
-    each = [rank_of(nominal(model, run), replace(done, state=state[run : run + 1]).instant(0)).rank for run in range(3)]
+    each = [rank_of(nominal(model, run), done._replace(state=state[run : run + 1]).instant(0)).rank for run in range(3)]
     now = replace(done.instant(0), bodies=tuple(tuple(b.T) for b in state.transpose(1, 0, 2)))
     assert ranks(model, now, 3).tolist() == each == ([5, 5, 6] if varied == "hinge" else [5, 5, 5])
 

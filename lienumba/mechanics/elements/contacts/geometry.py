@@ -3,8 +3,7 @@
 Plain functions of motions (`lienumba.mechanics.mechanism.kinematics`): on numbers, on jets, on symbols.
 """
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from lienumba.groups import so3
 from lienumba.mechanics.mechanism.kinematics import Motion
@@ -16,8 +15,7 @@ POLE = 1e-12  # the square of how near to the far pole of a hemisphere its tange
 SQUARE_FLOOR = 1e-200  # below the square of every length that matters: zero divided by it is zero
 
 
-@dataclass(frozen=True)
-class Place:
+class Place(NamedTuple):
     """gap: between the two surfaces (m), below 0 where they overlap; point: of the first body that is closest to the
     second (m, global frame); normal: from the second body to the first, in the frame of the second."""
 

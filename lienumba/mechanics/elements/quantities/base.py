@@ -7,7 +7,7 @@ only an observer has. Rates are derived by jets (`lienumba.mechanics.mechanism.k
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from pydantic import Field
 
@@ -43,8 +43,7 @@ def is_input(name: str) -> bool:
     return name.startswith(f"{INPUTS}.")
 
 
-@dataclass(frozen=True)
-class Part:
+class Part(NamedTuple):
     """One variable that a quantity gives: a number, or a vector of three. name: behind that of the quantity, or "";
     frame: the body along whose axes a vector is given, GROUND for the global frame."""
 

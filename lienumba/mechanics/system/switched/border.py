@@ -13,7 +13,7 @@ and c = 0 forces are those of least norm.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import divide, where
@@ -35,8 +35,7 @@ class FrictionCoupling:
     carries: Sequence[Any] = ()
 
 
-@dataclass(frozen=True)
-class Factors:
+class Factors(NamedTuple):
     """L U of a matrix, its rows and columns in some order; L below the diagonal, where it has 1; inverse: that of the
     diagonal of U."""
 
@@ -69,8 +68,7 @@ class Factors:
         return x
 
 
-@dataclass(frozen=True)
-class Border:
+class Border(NamedTuple):
     """S: as it is; factors: L U of m (S T) m, or, where contacts may say the same, of K with what slides; forces: of
     all rows, from what these solve for; inverse: then that of S in the rows in use, with a minus."""
 

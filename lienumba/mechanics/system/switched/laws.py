@@ -6,9 +6,8 @@ rate along the sliding.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from lienumba.groups import so3
 from lienumba.mechanics.elements import joints
@@ -26,8 +25,7 @@ POSITION, RATE, VELOCITY = "position", "rate", "velocity"
 SQUARE_FLOOR = 1e-300  # (m/s)^2: what does not slide has no direction
 
 
-@dataclass(frozen=True)
-class Switched:
+class Switched(NamedTuple):
     """Rows of a switch on one level; see `constraints.Constraint`. tangents: whether they are those of sliding."""
 
     switch: Switch

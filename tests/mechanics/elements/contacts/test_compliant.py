@@ -32,7 +32,7 @@ def instant(*motions: object) -> Instant:
 def test_forces_are_those_of_the_formula_and_balance(seed: int) -> None:
     rng = np.random.default_rng(seed)
     a, b = motion(rng), motion(rng)
-    b = replace(b, v=tuple(np.array(a.v) + 0.1 * rng.normal(size=3)), w=a.w) if seed % 2 else b
+    b = b._replace(v=tuple(np.array(a.v) + 0.1 * rng.normal(size=3)), w=a.w) if seed % 2 else b
     normal, c = matrix(b) @ N, at(a, (0.2, 0.1, -0.3))
     gap = normal @ (c - at(b, Q))
     radius = abs(gap) + 0.1
@@ -67,7 +67,7 @@ def test_apart_nothing_acts_and_at_rest_nothing_is_lost() -> None:
     apart = yielding(height - 0.01)
     assert not np.any(applied_forces.generalized(apart, instant(a, b)))
     assert applied_forces.power(apart, instant(a, b)) == 0.0
-    still = instant(replace(a, v=(0.0,) * 3, w=(0.0,) * 3), replace(b, v=(0.0,) * 3, w=(0.0,) * 3))
+    still = instant(a._replace(v=(0.0,) * 3, w=(0.0,) * 3), b._replace(v=(0.0,) * 3, w=(0.0,) * 3))
     touching = yielding(height + 0.01)
     assert applied_forces.power(touching, still) == 0.0
     assert np.isfinite(applied_forces.generalized(touching, still)).all()
@@ -80,5 +80,5 @@ def test_leaving_it_never_pulls() -> None:
     assert ground.contact is not None
     ground = replace(ground, contact=replace(ground.contact, bodies=(0, GROUND), normal=(0.0, 0.0, 1.0)))
     model = replace(yielding(10.0), forces=(ground,))
-    Q = applied_forces.generalized(model, instant(replace(a, v=(0.0, 0.0, 50.0)), a))
+    Q = applied_forces.generalized(model, instant(a._replace(v=(0.0, 0.0, 50.0)), a))
     assert not np.any(Q)

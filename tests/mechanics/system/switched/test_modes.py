@@ -73,7 +73,7 @@ def dense_border(case):
     model = case.model
     M, C, _, xi = switching.parts(case)
     first, n = constraints.permanent_rows(model), len(M)
-    resting = {key: replace(mode, on=0.0) if key[0] == FRICTION else mode for key, mode in case.now.modes.items()}
+    resting = {key: mode._replace(on=0.0) if key[0] == FRICTION else mode for key, mode in case.now.modes.items()}
     Q = np.array(dynamics.loads(model, replace(case.now, modes=resting)), float)
     K = np.block([[M, C[:first].T], [C[:first], np.zeros((first, first))]])
     a = np.linalg.solve(K, np.concatenate([Q, xi[:first]]))[:n]
