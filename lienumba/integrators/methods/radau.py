@@ -6,6 +6,7 @@ tableaus is F at the start of a step, which the estimate of the error reads alon
 
 from collections.abc import Sequence
 from fractions import Fraction
+from math import lcm
 
 from lienumba.integrators.methods.tableau import Row, Tableau
 from lienumba.keys.literature import Reference
@@ -32,14 +33,17 @@ def _integral(p: Row, to: Fraction) -> Fraction:
 
 
 def lagrange(nodes: Sequence[Fraction]) -> tuple[Row, ...]:
-    """The coefficients of the polynomials that are 1 at one of the nodes and 0 at the others."""
+    """The coefficients of the polynomials that are 1 at one of the nodes and 0 at the others; computed in whole numbers
+    over common denominators, since fractions of so many digits are slow to reduce."""
+    common = lcm(*(c.denominator for c in nodes))
+    whole = [int(c * common) for c in nodes]
     found = []
-    for j, own in enumerate(nodes):
-        p = [Fraction(1)]
-        for other in (*nodes[:j], *nodes[j + 1 :]):
-            up, same = [Fraction(0), *p], [*(-other * w for w in p), Fraction(0)]
-            p = [(a + b) / (own - other) for a, b in zip(up, same, strict=True)]
-        found.append(tuple(p))
+    for j, own in enumerate(whole):
+        p, below = [1], 1
+        for other in (*whole[:j], *whole[j + 1 :]):
+            p = [common * a - other * b for a, b in zip([0, *p], [*p, 0], strict=True)]
+            below *= own - other
+        found.append(tuple(Fraction(a, below) for a in p))
     return tuple(found)
 
 
