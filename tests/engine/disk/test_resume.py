@@ -279,10 +279,10 @@ def test_runs_that_were_finished_keep_their_samples(tmp_path: Path, monkeypatch:
     data, target = sweep(), tmp_path / "out.nc"
     with lienumba.run(data, workers=1, output=target) as first:
         had = first["bodies.top.mass"].values
-    from lienumba.scenario.start import prepare
+    from lienumba.scenario.start import design
 
-    draw = prepare.draw
-    monkeypatch.setattr(prepare, "draw", lambda *given: {path: x * 1.001 for path, x in draw(*given).items()})
+    draw = design.draw
+    monkeypatch.setattr(design, "draw", lambda *given: {path: x * 1.001 for path, x in draw(*given).items()})
     more = sweep(50)
     with lienumba.run(more, workers=1, output=target, resume=True) as extended:
         assert (extended["bodies.top.mass"].values[:40] == had).all()
