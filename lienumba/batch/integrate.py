@@ -10,6 +10,7 @@ import numpy as np
 from lienumba.batch.records import per_run
 from lienumba.batch.statuses import STOPPED
 from lienumba.compiler.rows import W
+from lienumba.integrators.drivers.trail import Trail
 from lienumba.integrators.drivers.workspace import Plan
 from lienumba.integrators.layout import (
     ACT_NUMBERS,
@@ -40,6 +41,7 @@ from lienumba.mechanics.mechanism.tables import Numbers, RunNumbers
 from lienumba.mechanics.system.discontinuities import Discontinuity
 
 COINCIDENT = 1e-9  # times nearer to each other than this fraction of a step are one
+NO_TRAIL = Trail(np.empty((0, 0, 0)), np.zeros(0, np.int64))
 NO_EVENTS = Plan(
     np.zeros(0, np.int64), np.zeros((0, ACT_NUMBERS), np.int64), np.zeros(0, np.int64),
     np.zeros((0, SWITCH_NUMBERS), np.int64), np.zeros((0, KEPT_NUMBERS), np.int64), np.zeros(0, np.int64),
@@ -69,7 +71,8 @@ class Batch:
     plan: what events do; changes: how many of a run are told; at_events: whether states at events are wanted;
     kept_at_events: see `actions.at_events`; bodies: how many; placed: their states at the start (runs, 18 k), where
     those of the moves are read from them; rests (runs,): the kinds of equilibria in which they start, if they do in
-    such, and starts (runs, n): their numbers there; until: how far runs go (s), if not to their end.
+    such, and starts (runs, n): their numbers there; until: how far runs go (s), if not to their end; trail: where what
+    they go through is noted, with a queue, if somebody asks.
     """
 
     machine: Machine
@@ -92,6 +95,7 @@ class Batch:
     rests: np.ndarray | None = None
     starts: np.ndarray | None = None
     until: float | None = None
+    trail: Trail | None = None
 
     @property
     def last(self) -> float:
@@ -141,7 +145,8 @@ class Chunk:
     changes, and the energy lost in them (J); kept (runs, n, 2): the value of what is kept of
     them as a whole, and its time (s); rests (runs,): the kind of equilibrium in which it started
     (`codes.EQUILIBRIA`), and starts (runs, n): its numbers there; seconds: how long a core was busy with them;
-    variables: those of the records that somebody asked for, by name; see `records.Layout.variable`."""
+    variables: those of the records that somebody asked for, by name; see `records.Layout.variable`; tangents: a
+    `Tangents` of `engine.sensitivities`, where a scenario asks for some."""
 
     runs: slice
     records: np.ndarray
@@ -164,6 +169,7 @@ class Chunk:
     starts: np.ndarray
     seconds: float
     variables: dict[str, np.ndarray] = field(default_factory=dict)
+    tangents: Any = None
 
 
 def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray) -> Chunk:
@@ -172,7 +178,7 @@ def integrate(batch: Batch, runs: slice, progress: np.ndarray, stop: np.ndarray)
     blocks = -(-count // W)
     own = {n: p.part(runs).rows() for n, p in enumerate(batch.parameters) if isinstance(p, RunNumbers)}
     states, parameters = begin(batch, runs, machine.sizes.parameters, own)
-    jumps = _discontinuities(batch, runs, blocks)
+    jumps = discontinuities(batch, runs, blocks)
     records = aligned(blocks, len(batch.outputs), batch.record_rows, W)
     codes = _lanes(batch.codes[runs, None].astype(float), blocks)[:, 0].copy()
     drive = _queued if machine.queued else _together
@@ -265,7 +271,8 @@ def _queued(batch: Batch, runs: slice, *arrays: Any) -> tuple[np.ndarray, ...]:
     firsts = _lanes(np.broadcast_to(first, (batch.runs,))[runs, None].astype(float), len(codes))[:, 0].copy()
     ends, steps, rejected, stored, within = np.zeros((5, *codes.shape))
     every = (  # a `lane_queue.ChunkRuns`
-        states, parameters, jumps, firsts, records, codes, ends, steps, rejected, stored, within, *told
+        states, parameters, jumps, firsts, records, codes, ends, steps, rejected, stored, within, *told,
+        batch.trail or NO_TRAIL,
     )  # fmt: skip
     outputs, pace = _on_grid(batch.outputs, batch.h), _pace(batch)
     machine.drive(
@@ -332,7 +339,7 @@ def _lanes(values: np.ndarray, blocks: int) -> np.ndarray:
     return out
 
 
-def _discontinuities(batch: Batch, runs: slice, blocks: int) -> np.ndarray:
+def discontinuities(batch: Batch, runs: slice, blocks: int) -> np.ndarray:
     """The times on which steps must end (blocks, n, W), those of a run ascending, with an infinite one behind them.
 
     Those outside the run are left out; those at the end of a step of fixed length are that end to the bit.

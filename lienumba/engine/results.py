@@ -48,6 +48,8 @@ from lienumba.store.shards import LABEL
 if TYPE_CHECKING:
     import xarray as xr
 
+    from lienumba.engine.sensitivities.fields import Derivatives
+
 KEPT = "kept "  # before the names of tables of another scenario
 
 
@@ -81,6 +83,7 @@ class Results:
     def __init__(self, resolved: Scenario, nominal: Nominal) -> None:
         data = resolved.data
         self.resolved, self.model, self.nominal = resolved, nominal.model, nominal
+        self.derivatives: Derivatives | None = None
         self.layout = Layout.of(nominal.model, data.output.joint_coordinates)
         self.times = np.array(resolved.times)
         output = data.output
@@ -100,12 +103,26 @@ class Results:
         self.tables["run"] = [*self.tables["run"], *(follow if all(wanted) else ())]
         if resolved.weighted:
             self.tables["run"].append(Field(WEIGHT, VARIABLES[WEIGHT], (), None))
+        self.derivatives = self._derivatives()
+        if self.derivatives is not None:
+            self.tables["run"] += self.derivatives.fields()
+
+    def _derivatives(self) -> "Derivatives | None":
+        """Those that are asked for."""
+        if self.resolved.data.sensitivities is None:
+            return None
+        from lienumba.engine.sensitivities.fields import Derivatives
+
+        specs = {field.name: (field.spec, field.shape) for field in self.tables["run"]}
+        return Derivatives(self.resolved, self.nominal, self.layout, self.times, self.names, specs)
 
     def with_numbers(self, resolved: Scenario, nominal: Nominal) -> "Results":
         """The same of a scenario that differs from this one in numbers of the model alone."""
         other = copy(self)
         other.resolved, other.model, other.nominal = resolved, nominal.model, nominal
         other.judged = judged_of(resolved, self.names) if self.judged else ()
+        if self.derivatives is not None:
+            other.derivatives = replace(self.derivatives, resolved=resolved, nominal=nominal)
         return other
 
     def _stored(self, name: str, variables: list[str]) -> bool:
@@ -290,6 +307,7 @@ class Results:
             "switch": self.layout.switches,
             "coordinate": [*coordinates],
             "coordinate_units": [*coordinates.values()],
+            "input": [] if self.derivatives is None else self.derivatives.by,
             **dict.fromkeys(("axis", "body_axis"), XYZ),
         }
         every = [
@@ -401,6 +419,7 @@ class Results:
             switches=self.layout.switches,
             start=self.start,
             requirements={one.requirement.name: one.units for one in self.judged},
+            by={} if self.derivatives is None else dict(zip(self.derivatives.by, self.derivatives.units, strict=True)),
             shared=self.nominal.rank.shared,
             own={field.name: field.spec for fields in self.tables.values() for field in fields},
             inputs=samples,

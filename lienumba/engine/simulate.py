@@ -163,11 +163,13 @@ def chunks(
             program, machine = compiled_of(resolved, prepared, fixed, begin)
             report(0)
         batch = batch_of(resolved, prepared, program, machine)
-        yield from tasks(batch, workers, partial(_piece, results, program, np.array(prepared.labels)), cost)
+        yield from tasks(batch, workers, partial(_piece, results, program, prepared, fixed), cost)
 
 
-def _piece(results: Results, program: Outline, labels: np.ndarray, chunk: Chunk) -> Piece:
-    return results.piece(chunk, program, labels[chunk.runs])
+def _piece(results: Results, program: "Outline", prepared: Prepared, fixed: bool, chunk: "Chunk") -> Piece:
+    if results.derivatives is not None:
+        chunk = replace(chunk, tangents=results.derivatives.of(prepared, chunk.runs, chunk.codes, fixed))
+    return results.piece(chunk, program, np.array(prepared.labels)[chunk.runs])
 
 
 def by_joints(resolved: Scenario) -> bool:

@@ -176,6 +176,7 @@ class Scenario:
         if content.pop("output")["joint_coordinates"]:  # which make joints count their turns
             content["joint_coordinates"] = True
         del content["title"], sweep["nominal"]
+        content.pop("sensitivities", None)
         content["model"] = _without_shapes(content["model"])
         judging = [x for kind in paths.JUDGING for x in content.pop(kind, ())]
         texts = _without_those_of(judging, content.pop("files", {}), content["model"])
@@ -392,7 +393,13 @@ def _filled(data: ScenarioData) -> ScenarioData:
     ]
     proposal = {paths.canonical(path, model): given for path, given in sweep.proposal.items()}
     sweep = sweep.model_copy(update={"vary": vary, "correlate": correlate, "proposal": proposal})
-    return data.model_copy(update={"integrator": integrator, "output": output, "sweep": sweep})
+    asked = data.sensitivities
+    if asked is not None:
+        columns = [column for path, kind in vary.items() for column in kind.columns(path)]
+        by = columns if asked.by is None else [paths.canonical(path, model) for path in asked.by]
+        asked = asked.model_copy(update={"by": by})
+    update = {"integrator": integrator, "output": output, "sweep": sweep, "sensitivities": asked}
+    return data.model_copy(update=update)
 
 
 def _numbers_of_study(data: ScenarioData, key: str) -> list[float]:

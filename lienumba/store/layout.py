@@ -133,13 +133,15 @@ COORDINATES = {
     "start_number": ("1", "what the number of a start is (m, rad, m/s, rad/s; global frame, angular velocity: body)"),
     "requirement": ("1", "name of the requirement"),
     "requirement_units": ("1", "unit of the margin of the requirement"),
+    "input": ("1", "path of the number of the scenario by which it is differentiated"),
+    "input_units": ("1", "unit of the number by which it is differentiated"),
     "switch": ("1", "name of the joint, lock, limit, contact or friction that may be on or off"),
     "axis": ("1", "axis of the global frame, or of the body frame where the variable's frame is body"),
     "body_axis": ("1", "axis of the body frame"),
 }
 
 # Coordinates that say more of a dimension than its labels do.
-SAID_OF = {"coordinate_units": "coordinate", "requirement_units": "requirement"}
+SAID_OF = {"coordinate_units": "coordinate", "requirement_units": "requirement", "input_units": "input"}
 
 
 FAILED = "failed"  # 1 or 0 of each run, as its status says
@@ -165,6 +167,7 @@ def dataset(
     changes: int = 0,
     switches: Sequence[str] = (),
     requirements: Mapping[str, str] | None = None,
+    by: Mapping[str, str] | None = None,
     inputs: Mapping[str, np.ndarray],
     input_units: Mapping[str, str],
     attributes: Mapping[str, str | int | float],
@@ -177,7 +180,8 @@ def dataset(
     """The labelled dataset of these arrays; `inputs` are the samples (runs,) of each varied path; `shared`: joints and
     drivers whose reactions are not unique; `coordinates`: of joints, and `requirements`, with their units; `changes`:
     of how many of a run it tells; `own`: variables that are not those of every scenario; `total`: of how many runs it
-    will be, if it has none of them yet; `start`: the names of the numbers of a start that is stored.
+    will be, if it has none of them yet; `start`: the names of the numbers of a start that is stored; `by`:
+    inputs of derivatives, with their units.
 
     Dimensions without entries (a system without joints) are left out together with their variables.
     """
@@ -197,6 +201,8 @@ def dataset(
         "switch": np.asarray(switches, dtype=str),
         "requirement": np.asarray(list(requirements or {}), dtype=str),
         "requirement_units": np.asarray(list((requirements or {}).values()), dtype=str),
+        "input": np.asarray(list(by or {}), dtype=str),
+        "input_units": np.asarray(list((by or {}).values()), dtype=str),
         "axis": np.array(["x", "y", "z"], dtype=str),
         "body_axis": np.array(["x", "y", "z"], dtype=str),
     }

@@ -12,6 +12,7 @@ from lienumba.compiler.routines.marks import apart, inlined
 from lienumba.compiler.rows import ROW, W
 from lienumba.integrators import codes, layout
 from lienumba.integrators.drivers import stages
+from lienumba.integrators.drivers.change_records import record_change, record_events
 from lienumba.integrators.drivers.events.acting import (
     engages,
     fired,
@@ -24,13 +25,13 @@ from lienumba.integrators.drivers.events.acting import (
     pass_over,
     rescale,
     sift,
-    turns,
     used,
 )
 from lienumba.integrators.drivers.events.finding import note
 from lienumba.integrators.drivers.events.tolerances import CLOSED_GAP_RTOL, CONTACT_ROUNDOFF, SEPARATING_GAP_RTOL
 from lienumba.integrators.drivers.lane_queue import NEVER, ChunkRuns, Queue, keep_state
 from lienumba.integrators.drivers.measuring.steps import forget_past_of
+from lienumba.integrators.drivers.notes import note_causes, note_kicks, note_modes, note_of_lane
 from lienumba.integrators.drivers.switching import (
     complementarity,
     contact_laws,
@@ -42,6 +43,7 @@ from lienumba.integrators.drivers.switching import (
 )
 from lienumba.integrators.drivers.switching.closing import close, has_closed, project, widest_gap
 from lienumba.integrators.drivers.switching.reactions import Reactions
+from lienumba.integrators.drivers.trail import ACTS, CLOSES, GOES_ON
 from lienumba.integrators.drivers.workspace import Context, Plan, Rows
 from lienumba.integrators.hysteresis import HYSTERESIS_RTOL
 from lienumba.integrators.layout import (
@@ -61,7 +63,6 @@ from lienumba.integrators.layout import (
     OFF,
     PICKED,
     RECENT,
-    RECORDS,
     RELEASES,
     SEEN,
     SETS,
@@ -112,6 +113,8 @@ def change(context: Context, runs: ChunkRuns, queue: Queue, end: float, step: fl
         hold_before(sizes, at, plan, at.following, pending)
         if n == 0:  # what held directly before the change, for what becomes true by it
             follow(sizes, at, at.following, at.following + ROW * layout.rate_row(sizes), pending)
+        if n == 0:
+            note_causes(context, runs, queue)
         jumps = False
         for lane in range(W):
             rows[first.lanes + FREES, lane], rows[first.lanes + PICKED, lane] = 0.0, 0.0
@@ -133,6 +136,7 @@ def change(context: Context, runs: ChunkRuns, queue: Queue, end: float, step: fl
             for lane in range(W):
                 if rows[first.lanes + CHANGED, lane] != 0.0 and fired(sizes, first, rows, lane, event):
                     _act(sizes, first, rows, plan, lane, event)
+                    note_of_lane(context, runs, queue, lane, ACTS, float(event))
                     sets = sets or plan.acts[event, ACTION] == SETS or plan.acts[event, CLOCK_ROW] >= 0
             if sets:
                 call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
@@ -148,11 +152,13 @@ def change(context: Context, runs: ChunkRuns, queue: Queue, end: float, step: fl
                 if rows[first.lanes + PICKED, lane] != 0.0:
                     reactions.read(r, rows, first, sizes, lane)
                     independent_rows.choose_rows(r, rows, first, sizes, lane)
+                    note_of_lane(context, runs, queue, lane, GOES_ON, 1.0)
             close(context, closing)
             call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
             for lane in range(W):
                 if rows[first.lanes + PICKED, lane] != 0.0:
                     has_closed(sizes, first, rows, plan, lane, context.tolerance)
+                    note_of_lane(context, runs, queue, lane, CLOSES, 0.0)
             if sizes.values > 0:
                 _gain(kernels, sizes, at, first, rows, plan)
         for lane in range(W):
@@ -160,13 +166,14 @@ def change(context: Context, runs: ChunkRuns, queue: Queue, end: float, step: fl
             if changes:
                 hit = switched and rows[first.lanes + FREES, lane] == 0.0 and _hit(r, sizes, first, rows, lane)
             if changes and rows[first.lanes + STATUS, lane] == 0.0:  # impulses that were not found do nothing
-                _record_events(r, sizes, first, rows, runs, queue, plan, lane)
+                record_events(r, sizes, first, rows, runs, queue, plan, lane)
             rows[first.lanes + PICKED, lane] = 1.0 if hit and rows[first.lanes + STATUS, lane] == 0.0 else 0.0
         if switched:
             hits = load(lanes, PICKED) != 0.0
             if any_lane(hits):
                 call(kernels[layout.KICK], x, p, at.clock, impulses, at.now, at.work)
                 stages.commit(hits, x, at.now, layout.state_rows(sizes))
+                note_kicks(context, runs, queue, 0.0)
             if forces and (sizes.values > 0 or any_lane(hits)):  # of locks and joints alone nothing is asked again
                 call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
             for _ in range(sizes.switches if forces else 0):  # what is brought to rest may slow down others
@@ -174,6 +181,7 @@ def change(context: Context, runs: ChunkRuns, queue: Queue, end: float, step: fl
                     break
                 call(kernels[layout.KICK], x, p, at.clock, impulses, at.now, at.work)
                 stages.commit(load(lanes, PICKED) != 0.0, x, at.now, layout.state_rows(sizes))
+                note_kicks(context, runs, queue, 1.0)
                 call(kernels[layout.BORDER], x, p, at.clock, 0, border, at.work)
             for lane in range(W):
                 rows[first.lanes + PICKED, lane] = 0.0
@@ -185,6 +193,8 @@ def change(context: Context, runs: ChunkRuns, queue: Queue, end: float, step: fl
             if any_lane(begins):
                 call(kernels[layout.KICK], x, p, at.clock, impulses, at.now, at.work)
                 stages.commit(begins, x, at.now, layout.state_rows(sizes))
+                note_kicks(context, runs, queue, 1.0)
+        note_modes(context, runs, queue)
         call(kernels[layout.EVENTS], x, p, at.clock, 0, at.following, at.work)
         hold(sizes, at, at.following)
         for lane in range(W):
@@ -269,31 +279,6 @@ def _turn_on(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, 
 
 
 @apart
-def _record_change(
-    rows: Rows, first: Workspace, runs: ChunkRuns, queue: Queue, lane: int, kind: int, what: int, impulse: float,
-    energy: float,
-) -> None:  # fmt: skip
-    """A change, to the books."""
-    block, place = queue.block[lane], queue.lane[lane]
-    n = int(runs.change_counts[block, place])
-    if n < runs.changes.shape[1]:
-        told = runs.changes[block, n]
-        told[0, place], told[1, place], told[2, place] = rows[first.lanes + T, lane], float(kind), float(what)
-        told[3, place], told[4, place] = impulse, energy
-    runs.change_counts[block, place] += 1.0
-    runs.energy_lost[block, place] += energy
-
-
-@inlined
-def _is_recorded(sizes: Sizes, first: Workspace, rows: Rows, plan: Plan, lane: int, event: int, switch: int) -> bool:
-    """Whether an event before this one in the file has turned the same on now: its impulse is told once."""
-    told = False
-    for other in range(event):
-        told = told or (fired(sizes, first, rows, lane, other) and turns(plan, other, switch) > 0.0)
-    return told
-
-
-@apart
 def _hit(r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, lane: int) -> bool:
     """Impulses of a lane, to where `kick` reads them; whether there are any."""
     reactions.read(r, rows, first, sizes, lane)
@@ -343,35 +328,6 @@ def _failure(r: Reactions, status: int) -> float:
 
 
 @apart
-def _record_events(
-    r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, plan: Plan, lane: int
-) -> None:
-    """What events have done in a lane, and impacts, to the books."""
-    for event in range(sizes.events):
-        action, impulse, energy = plan.acts[event, ACTION], 0.0, 0.0
-        only_time = action == SETS and plan.acts[event, TARGETS] == 0
-        if action != RECORDS and not only_time and fired(sizes, first, rows, lane, event):
-            tells = codes.RELEASED if action == RELEASES else codes.SET
-            if action == ENGAGES:
-                energy, rows[first.lanes + GAINED, lane] = -rows[first.lanes + GAINED, lane], 0.0
-            if LOCKS <= action <= ENGAGES:
-                tells = codes.LOCKED if action == LOCKS else codes.ENGAGED
-                for n in range(plan.acts[event, TARGET], plan.acts[event, TARGET] + plan.acts[event, TARGETS]):
-                    if not _is_recorded(sizes, first, rows, plan, lane, event, plan.targets[n]):
-                        impulse += impacts.impulse(r, plan.targets[n])
-                        energy += impacts.energy_lost(r, plan.targets[n])
-            _record_change(rows, first, runs, queue, lane, tells, event, impulse, energy)
-    p, largest = r.problem, 0.0
-    for i in range(sizes.switched):
-        largest = max(largest, max(p.x[i], -p.x[i]))
-    for s in range(sizes.switches):
-        hit = p.switches[s, SWITCH_KIND] == UNILATERAL and p.x[p.switches[s, SWITCH_FIRST]] > CONTACT_ROUNDOFF * largest
-        if hit:  # and not by rounding, where something else is
-            impulse, energy = impacts.impulse(r, s), impacts.energy_lost(r, s)
-            _record_change(rows, first, runs, queue, lane, codes.IMPACT, s, impulse, energy)
-
-
-@apart
 def _assign_modes_of_lane(
     r: Reactions, sizes: Sizes, first: Workspace, rows: Rows, runs: ChunkRuns, queue: Queue, lane: int, forces: bool,
     step: float,
@@ -405,7 +361,7 @@ def _assign_modes_of_lane(
             if kind == UNILATERAL and now == OFF:
                 tells = codes.OPENED
             if kind != FRICTION or was != OFF:
-                _record_change(rows, first, runs, queue, lane, tells, s, 0.0, 0.0)
+                record_change(rows, first, runs, queue, lane, tells, s, 0.0, 0.0)
 
 
 @inlined

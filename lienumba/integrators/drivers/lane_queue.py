@@ -11,6 +11,7 @@ from lienumba.compiler.lanes import Address, Lanes, Mask, choose, load, splat, s
 from lienumba.compiler.routines.marks import Floats2, Floats3, Floats4, Integers1, apart, inlined
 from lienumba.compiler.rows import W
 from lienumba.integrators import codes, layout
+from lienumba.integrators.drivers.trail import Trail
 from lienumba.integrators.drivers.workspace import Rows
 from lienumba.integrators.layout import (
     ACCEPTED,
@@ -50,7 +51,8 @@ class ChunkRuns(NamedTuple):
     within a step, where its state is yet to be projected; (blocks, events, W): the time of the first, and how many;
     (blocks, events or 0, state rows, W): states at the first; changes (blocks, n, 5, W): time, what it is
     (`codes.KINDS`), of which event or switch, impulse and lost energy (J) of the first; and (blocks, W): how many
-    changes, and the energy lost in all of them; kept (blocks, KEPT_ROWS n, W): what is kept of each run as a whole."""
+    changes, and the energy lost in all of them; kept (blocks, KEPT_ROWS n, W): what is kept of each run as a whole;
+    trail: what each run goes through, where somebody asks."""
 
     states: Floats3
     parameters: Floats3
@@ -70,6 +72,7 @@ class ChunkRuns(NamedTuple):
     change_counts: Floats2
     energy_lost: Floats2
     kept: Floats3
+    trail: Trail
 
 
 class Queue(NamedTuple):

@@ -44,6 +44,7 @@ from lienumba.integrators.drivers.measuring.steps import (
 )
 from lienumba.integrators.drivers.row_selection import WEAKENED
 from lienumba.integrators.drivers.stages import commit
+from lienumba.integrators.drivers.trail import SAMPLES, STEPS, note
 from lienumba.integrators.drivers.workspace import Context, Places, Plan, addresses
 from lienumba.integrators.layout import (
     ACCEPTED,
@@ -220,6 +221,20 @@ def _move(context: Context, good: Mask, left: Lanes, pace: np.ndarray) -> None:
 
 
 @apart
+def _note_step(context: Context, runs: ChunkRuns, queue: Queue, good: Mask, began: Lanes, length: Lanes) -> None:
+    """The step that is over, to the trails of the lanes `good`."""
+    own, rows = context.first.lanes, context.rows
+    store(context.at.lanes, PICKED, choose(good, splat(1.0), splat(0.0)))
+    store(context.at.u, 0, began)
+    store(context.at.u, 1, choose(load(context.at.lanes, T) < load(context.at.lanes, UNTIL), splat(0.0), length))
+    for lane in range(W):
+        if rows[own + PICKED, lane] != 0.0:
+            begin, uncut = rows[context.first.u, lane], rows[context.first.u + 1, lane]
+            run = queue.block[lane] * W + queue.lane[lane]
+            note(runs.trail, run, rows, lane, context.first.state, STEPS, begin, rows[own + T, lane], uncut)
+
+
+@apart
 def _end_on_discontinuity(context: Context, runs: ChunkRuns, queue: Queue, moved: Mask) -> None:
     """What happens there: laws are sampled, and F may jump."""
     kernels, sizes, at, first, rows = context.kernels, context.sizes, context.at, context.first, context.rows
@@ -238,6 +253,10 @@ def _end_on_discontinuity(context: Context, runs: ChunkRuns, queue: Queue, moved
     if kernels[layout.SAMPLE] != 0 and any_lane(picked):
         call(kernels[layout.SAMPLE], at.state, at.parameters, at.clock, 0, at.new, at.work)
         commit(picked, at.state, at.new, layout.element_rows(sizes))
+        for lane in range(W if runs.trail.entries.shape[1] > 0 else 0):
+            if rows[own + PICKED, lane] != 0.0:
+                run, t = queue.block[lane] * W + queue.lane[lane], rows[own + T, lane]
+                note(runs.trail, run, rows, lane, first.state, SAMPLES, t, 0.0, 0.0)
 
 
 def drive(
@@ -308,9 +327,11 @@ def drive(
             keep_between(context, runs, queue, outputs, good, until, latest)
         if any_lane(good & (left < load(lanes, UNTIL))):
             read_off(context, left)
-        earliest = earliest_end(at, length)
+        earliest, began = earliest_end(at, length), load(lanes, T)
         _move(context, good, left, pace)
         leave(context, left, good)
+        if runs.trail.entries.shape[1] > 0:
+            _note_step(context, runs, queue, good, began, length)
         reached = good & (load(lanes, T) == load(lanes, JUMP))
         if any_lane(reached):
             store(at.clock, layout.TIME, load(lanes, T))

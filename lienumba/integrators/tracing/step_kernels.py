@@ -56,11 +56,8 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
         tracer.sizes = tracer.sizes._replace(integrands=len(tracer.integrands), seen=seen)
     stage = _stage(tracer, first=False)
     if stage.counts()["operations"] * count > INLINE:
-        used = [s for s, row in enumerate(stages) if any(row) and s != count]
-        kernels = {"stage": stage, "first": _stage(tracer, first=True), "advance": _advance(tracer)}
-        kernels |= {"finish": _finish(tracer)} if tracer.augmented.rows else {}
-        kernels |= {"quadrature": _quadrature(tracer)} if tracer.integrands else {}
-        return kernels | _combinations(tracer, used if tracer.method.extended else used[: count - 1])
+        kernels = {"first": _stage(tracer, first=True)} | _by_stages(tracer, stage)
+        return kernels | ({"quadrature": _quadrature(tracer)} if tracer.integrands else {})
     kernels = {"step": _inline(tracer, queued)}
     kernels |= {"quadrature": _quadrature(tracer)} if tracer.integrands and tracer.method.adaptive else {}
     if not tracer.method.extended:
@@ -69,6 +66,19 @@ def step(tracer: Tracer) -> dict[str, Kernel]:
     kernels |= _combinations(tracer, range(count + 1, len(stages)))
     kernels |= {} if queued else {"slopes": _inline(tracer, True)}
     return kernels | {"first": _stage(tracer, first=True)}
+
+
+def stages(tracer: Tracer) -> dict[str, Kernel]:
+    """A step as one kernel for every stage, of whatever size; the first stage is one like all others."""
+    return _by_stages(tracer, _stage(tracer, first=False))
+
+
+def _by_stages(tracer: Tracer, stage: Kernel) -> dict[str, Kernel]:
+    count = tracer.sizes.stages
+    used = [s for s, row in enumerate(tracer.tableau.stages) if any(row) and s != count]
+    kernels = {"stage": stage, "advance": _advance(tracer)}
+    kernels |= {"finish": _finish(tracer)} if tracer.augmented.rows else {}
+    return kernels | _combinations(tracer, used if tracer.method.extended else used[: count - 1])
 
 
 def _clock(graph: Graph) -> tuple[Number, Number, Number]:

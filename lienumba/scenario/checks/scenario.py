@@ -24,6 +24,7 @@ from lienumba.scenario.schema.scenario import (
     Integrator,
     Projection,
     ScenarioData,
+    Sensitivities,
     Standing,
     StartSection,
 )
@@ -88,6 +89,11 @@ def check_scenario(raw: Keys, data: ScenarioData | None, parameters: Parameters)
         stop, runs = report.element("sweep.stop", Stop, sweep.get("stop")), sweep.get("runs", 1)
         if stop is not None and isinstance(runs, int):
             check_stop(stop, runs, report)
+    asked = report.element("sensitivities", Sensitivities, raw.get("sensitivities"))
+    if asked is not None and named:
+        from lienumba.scenario.checks.sensitivities import check_sensitivities
+
+        check_sensitivities(asked, raw, _numbers_of(model, lists), parameters, integrator, report)
     study = raw.get("study")
     if isinstance(study, dict) and named:
         from lienumba.scenario.checks.study import check_study

@@ -67,7 +67,7 @@ def check_sweep(sweep: Keys, model: Keys, parameters: Parameters, report: Report
         kind = _kind(entry)
         shape = kind.shape if kind is not None else DISTRIBUTIONS[form].leads_to if (form := form_of(entry)) else NUMBER
         try:
-            nominal = _nominal(path, model, parameters, shape)
+            nominal = nominal_of(path, model, parameters, shape)
             name = paths.canonical(path, model)
             _refuse_overlap(name, path, seen, parts)
         except paths.PathError as error:
@@ -128,7 +128,7 @@ def _is_nested(entry: object) -> bool:
     return isinstance(entry, dict) and any(isinstance(item, dict) for item in entry.values())
 
 
-def _nominal(path: str, model: Keys, parameters: Parameters, shape: str) -> Any:
+def nominal_of(path: str, model: Keys, parameters: Parameters, shape: str) -> Any:
     """The number that a path leads to, or those of a whole; PathError if none may vary; None if the model is wrong
     there."""
     tokens = paths.parse(path)

@@ -352,6 +352,19 @@ class Study(Section):
     )
 
 
+class Sensitivities(Section):
+    """Derivatives of every run by its inputs."""
+
+    of: Annotated[list[str], Field(min_length=1)] = Field(
+        description='what is differentiated: names of the dataset such as "position", "tip.z", "event_time.deployed", '
+        "the name of a measure"
+    )
+    by: list[str] | None = Field(
+        default=None,
+        description="paths of numbers of the model such as bodies.top.mass; by default all inputs of the sweep",
+    )
+
+
 class ScenarioData(Section):
     """A whole scenario, as the TOML file has it."""
 
@@ -373,3 +386,4 @@ class ScenarioData(Section):
     output: Output = Field(default_factory=Output, description="the section [output]")
     sweep: Sweep = Field(default_factory=Sweep, description="the section [sweep]")
     study: Study | None = Field(default=None, description="the section [study]")
+    sensitivities: Sensitivities | None = Field(default=None, description="the section [sensitivities]")

@@ -29,6 +29,7 @@ from lienumba.scenario.schema.scenario import (
     ModelSection,
     Projection,
     ScenarioData,
+    Sensitivities,
     StartSection,
     StartState,
     Study,
@@ -84,6 +85,7 @@ def _sections() -> dict[tuple[str, ...], type[BaseModel]]:
         ("sweep", "table"): SampleTable,
         **{("sweep", "vary", "*", form): kind for form, kind in DISTRIBUTIONS.items()},
         ("study",): Study,
+        ("sensitivities",): Sensitivities,
         **shapes,
     }
 

@@ -1,0 +1,1 @@
+"""Tangents of runs along what they went through."""

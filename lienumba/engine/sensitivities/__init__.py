@@ -1,0 +1,1 @@
+"""The derivative of every run by its inputs."""

@@ -1,0 +1,1 @@
+"""How what a mechanism does changes with its inputs."""
