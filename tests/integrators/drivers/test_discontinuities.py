@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 import lienumba
-from lienumba.batch.integrate import _discontinuities
+from lienumba.batch.integrate import discontinuities
 from lienumba.integrators.tracing import step_kernels
 from lienumba.mechanics.system.discontinuities import Discontinuity
 from tests.facade import METHODS
@@ -244,7 +244,7 @@ def test_what_the_driver_gets():
     """Ends of steps to the bit where points are near; nothing from outside the run; each lane's own, ascending."""
     shared = Discontinuity(np.array([0.1 + 1e-16, 0.3 - 2e-12, -0.1, 0.9]))
     own = [Discontinuity(np.array([0.0]), -np.array(times)) for times in ([0.25, np.nan, 2e-12], [0.0, 0.05, 0.5])]
-    times = _discontinuities(SimpleNamespace(discontinuities=(shared, *own), h=0.1, end=0.5), slice(0, 3), 1)[0, :, :3]
+    times = discontinuities(SimpleNamespace(discontinuities=(shared, *own), h=0.1, end=0.5), slice(0, 3), 1)[0, :, :3]
     inf = np.inf
     assert times.T.tolist() == [
         [0.1, 0.25, 3 * 0.1, inf, inf],
