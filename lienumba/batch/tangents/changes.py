@@ -145,13 +145,12 @@ def kick(marcher: Marcher, point: Point, plan: Plan, impulses: np.ndarray, halts
     none, held = np.zeros((q, W)), Point(np.stack([point.x[0], 0.0 * point.x[1]]), point.t)
     before = kicked(point, np.zeros(q), none)[:, rates]
     after = kicked(point, impulses, none)[:, rates]
-    own = kicked(held, impulses, none)[1, rates]  # by parameters, which are there again
     S = np.empty((q, q))
-    for first in range(0, q, W):
-        units = np.zeros((q, W))
-        count = min(W, q - first)
-        units[range(first, first + count), range(count)] = 1.0
-        S[:, first : first + count] = (kicked(held, impulses, units)[1, rates] - own)[:, :count]
+    with marcher.held():  # by impulses alone, so that lanes do not feel each other
+        for first in range(0, q, W):
+            units, count = np.zeros((q, W)), min(W, q - first)
+            units[range(first, first + count), range(count)] = 1.0
+            S[:, first : first + count] = kicked(held, impulses, units)[1, rates][:, :count]
     laws = _Laws(np.zeros((q, q)), np.zeros((q, W)), S, before, after, impulses)
     border = marcher.evaluate(layout.BORDER, point, layout.border_rows(sizes))
     flags = 0
@@ -160,7 +159,7 @@ def kick(marcher: Marcher, point: Point, plan: Plan, impulses: np.ndarray, halts
         coefficients = border[:, number : number + layout.CONTACT_NUMBERS]
         on = point.x[0, layout.on_row(sizes) + s, 0] != layout.OFF
         flags |= laws.add(switch, bool(on), coefficients, halts)
-    changes = np.linalg.lstsq(laws.matrix, laws.given, rcond=1e-13)[0]
+    changes = np.einsum("ij,jk->ik", np.linalg.pinv(laws.matrix, rcond=1e-13), laws.given)
     missed = np.abs(laws.matrix @ changes - laws.given).max(initial=0.0)
     flags |= SIMULTANEOUS if missed > SAME * np.abs(laws.given).max(initial=0.0) else 0
     point.x[1] = kicked(point, impulses, changes)[1, : marcher.rows]

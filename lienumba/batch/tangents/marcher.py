@@ -1,5 +1,7 @@
 """A state with its tangents, which the kernels of `lienumba.integrators.tracing.tangents` advance and look at."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -66,8 +68,7 @@ class Marcher:
         p[: machine.slots] = start.parameters[:, None]
         changes = start.parameter_tangents[:, pack]
         p[machine.slots : 2 * machine.slots, : changes.shape[1]] = changes
-        for prepare in machine.prepares:
-            call(prepare, 0, p.ctypes.data, 0, 0, 0, self.memory["work"].ctypes.data)
+        self._prepare()
         x = np.zeros((2, self.rows, W))
         x[0] = start.state[:, None]
         changes = start.state_tangents[:, pack]
@@ -104,6 +105,22 @@ class Marcher:
         at = dict(zip(REGIONS, self.at, strict=True))
         call(int(machine.kernels[kernel]), at["state"], at["parameters"], at["clock"], at["u"], at["new"], at["work"])
         return self._read("new", rows)
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """No input changes a parameter meanwhile."""
+        own = slice(self.machine.slots, 2 * self.machine.slots)
+        changes = self.memory["parameters"][own].copy()
+        self.memory["parameters"][own] = 0.0
+        self._prepare()
+        yield
+        self.memory["parameters"][own] = changes
+        self._prepare()
+
+    def _prepare(self) -> None:
+        """What follows from the parameters and their tangents alone."""
+        for prepare in self.machine.prepares:
+            call(prepare, 0, self.memory["parameters"].ctypes.data, 0, 0, 0, self.memory["work"].ctypes.data)
 
     def _load(self, point: Point) -> None:
         state, shift = self.memory["state"], self.machine.shift
