@@ -122,7 +122,7 @@ def _sums(name: str, orders: Orders, order: int) -> list[str]:
             own = f"{name}_{'full' if full else 'inner'}{number}"
             texts.append(_loop(own, tile, full, len(orders.sums)))
             calls.append(f"call void @{own}(ptr %slices, ptr %sums, i64 %k)")
-    return [*texts, emit.VALUES.function(name, "ptr %slices, ptr %sums, i64 %k", "\n".join(calls), "internal ")]
+    return [*texts, emit.VALUES.function(name, ("ptr %slices", "ptr %sums"), ("i64 %k",), "\n".join(calls))]
 
 
 Numbered = tuple[int, Sum]

@@ -1,10 +1,10 @@
-"""A graph becomes LLVM text: one vector of W doubles per value, straight-line functions of bounded length.
+"""A graph becomes LLVM text: one vector of doubles per value, straight-line functions of bounded length.
 
 Every kernel has the signature  void (state, parameters, clock, extra, out, work)  of pointers to rows of W doubles.
 What depends on parameters alone is moved to a second function, `prepare`, which stores it behind the parameters.
 LLVM slows down on one huge block, so a graph is cut into segments, functions of a few hundred operations; values that
-cross a cut travel through `work`, and segments that do the same share their code. No instruction carries a fast-math
-flag.
+cross a cut travel through `work`, and segments that do the same share their code. A value is one register of the CPU: a
+segment passes over the lanes of its rows before the next one begins. No instruction carries a fast-math flag.
 """
 
 import struct
@@ -15,8 +15,9 @@ from functools import lru_cache
 from math import inf
 from typing import Any, TypeGuard
 
+from lienumba.compiler import native
 from lienumba.compiler.foreign.calls import KNOWN
-from lienumba.compiler.rows import WorkRows
+from lienumba.compiler.rows import W, WorkRows
 from lienumba.compiler.segments import LONGEST, Segments, by_content, by_size, with_parts
 from lienumba.compiler.sharing import Segment, assembled, distinct
 from lienumba.compiler.symbols import FUSED, Symbol, live, operation_counts, uncollected
@@ -24,7 +25,7 @@ from lienumba.compiler.value_types import VECTOR, ValueType
 from lienumba.numerics.vector_math import ROUND
 
 Value = Symbol | float  # of a graph
-VALUES = VECTOR  # the type of every value in the text
+VALUES = ValueType(native.register_lanes())  # the type of values in the text
 LONG = 8000  # operations from which on equal parts are looked for,
 REPEATED = 0.7  # and worth it where this fraction of the segments, or less, are distinct
 SOON = 8  # segments within which a value is read for the last time, or it is kept apart
@@ -70,6 +71,11 @@ class Kernel:
         computed = (node for node in self.order if node.invariant and node.op != "input")
         return {x.args[1] for node in computed for x in node.args if _is_input(x)}
 
+    @property
+    def values(self) -> ValueType:
+        """The type of its values: all lanes where it calls a function, so that it is called once for a block."""
+        return VECTOR if VALUES.lanes > 1 and any(node.op == "call" for node in self.order) else VALUES
+
     def counts(self) -> dict[str, int]:
         """Operations of one evaluation; invariants are not counted."""
         return operation_counts([n for n in self.order if not n.invariant])
@@ -86,7 +92,7 @@ class Kernel:
         preparer = _Writer(self, preparing=True)
         prepare = preparer.function(f"{self.name}_prepare", invariant, kept)
         self.work_rows = max(writer.work.count, preparer.work.count)
-        return VALUES.declarations + body + "\n" + prepare
+        return self.values.declarations + body + "\n" + prepare
 
 
 _bits = struct.Struct(">d").pack  # by which a zero with a sign is another
@@ -105,7 +111,7 @@ class _Writer:
     """Writes one function as a row of segments."""
 
     def __init__(self, kernel: Kernel, preparing: bool = False) -> None:
-        self.kernel, self.preparing, self.work = kernel, preparing, WorkRows()
+        self.kernel, self.preparing, self.work, self.values = kernel, preparing, WorkRows(), kernel.values
         self.segments: list[Segment] = []
         self.names: dict[int, str] = {}  # of the values that the segment has computed or loaded,
         self.masks: dict[int, str] = {}  # and of its comparisons
@@ -116,9 +122,9 @@ class _Writer:
         if len(order) >= LONG:
             self._write(by_content(order), stores, frames=True)
             if distinct(self.segments) <= REPEATED * len(self.segments):
-                return assembled(name, self.segments, VALUES)
-        self._write(by_size(order), stores, frames=False)
-        return assembled(name, self.segments, VALUES)
+                return assembled(name, self.segments, self.values)
+        self._write(by_size(order, self.values.lanes < W), stores, frames=False)
+        return assembled(name, self.segments, self.values)
 
     def _write(self, parts: Segments, stores: Sequence[tuple[str, int, Value]], frames: bool) -> None:
         """Fill the segments; frames: what each leaves lies side by side."""
@@ -182,12 +188,12 @@ class _Writer:
     # ------------------------------------------------------------ rows of memory
     def _store(self, array: str, row: int, value: str) -> None:
         pointer = self.segments[-1].pointer(array, row, True)
-        self.segments[-1].lines.append(f"store {VALUES.name} {value}, ptr {pointer}, align 8")
+        self.segments[-1].lines.append(f"store {self.values.name} {value}, ptr {pointer}, align 8")
 
     # ------------------------------------------------------------ values
     def _value(self, x: Value) -> str:
         if not isinstance(x, Symbol):
-            return _constant(_bits(x), VALUES)
+            return _constant(_bits(x), self.values)
         return self.names.get(x.id) or self._load(x)
 
     def _load(self, x: Symbol) -> str:
@@ -200,13 +206,13 @@ class _Writer:
         pointer = self.segments[-1].pointer(array, row, False)
         name = self.names[x.id] = f"%l{self.loads}"
         self.loads += 1
-        self.segments[-1].lines.append(f"{name} = load {VALUES.name}, ptr {pointer}, align 8")
+        self.segments[-1].lines.append(f"{name} = load {self.values.name}, ptr {pointer}, align 8")
         return name
 
     def _call(self, node: Symbol) -> None:
         """A function of another compiler, whose arguments and outputs are rows of lanes on the stack."""
         symbol, *given = node.args
-        values, n, v = [self._value(x) for x in given], self.computed, VALUES.name
+        values, n, v = [self._value(x) for x in given], self.computed, self.values.name
         lines = self.segments[-1].lines
         lines.append(f"%given{n} = alloca [{len(given)} x {v}], align 8")
         lines.append(f"%found{n} = alloca [{KNOWN[symbol].outputs} x {v}], align 8")
@@ -216,14 +222,14 @@ class _Writer:
             lines.append(f"store {v} {x}, ptr %given{n}.{row}, align 8")
         lines.append(f"%error{n} = getelementptr ptr, ptr %room{n}, i64 1")
         lines.append(f"store ptr null, ptr %error{n}, align 8")
-        arguments = f"ptr %room{n}, ptr %error{n}, ptr %given{n}, ptr %found{n}, i64 {VALUES.lanes}"
+        arguments = f"ptr %room{n}, ptr %error{n}, ptr %given{n}, ptr %found{n}, i64 {self.values.lanes}"
         lines.append(f"%status{n} = call i32 @{symbol}({arguments})")
         self.names[node.id] = f"%found{n}"
         self.computed += 1
 
     def _part(self, node: Symbol) -> None:
         """An output of a call, which is in the same segment."""
-        (called, row), n, v = node.args, self.computed, VALUES.name
+        (called, row), n, v = node.args, self.computed, self.values.name
         self.segments[-1].lines += [
             f"%place{n} = getelementptr {v}, ptr {self.names[called.id]}, i64 {row}",
             f"%v{n} = load {v}, ptr %place{n}, align 8",
@@ -234,9 +240,9 @@ class _Writer:
     def _compute(self, node: Symbol) -> None:
         if node.op in ("call", "part"):
             return self._call(node) if node.op == "call" else self._part(node)
-        known, v = self.names, VALUES.name
+        known, v = self.names, self.values.name
         a = [
-            known.get(x.id) or self._load(x) if x.__class__ is Symbol else _constant(_bits(x), VALUES)
+            known.get(x.id) or self._load(x) if x.__class__ is Symbol else _constant(_bits(x), self.values)
             for x in node.args
         ]
         number, lines = self.computed, self.segments[-1].lines
@@ -245,28 +251,28 @@ class _Writer:
                 which = 2 if node.op == "fms" else 0
                 lines.append(f"%n{number} = fneg {v} {a[which]}")
                 a[which] = f"%n{number}"
-            right = f"{VALUES.fma}({v} {a[0]}, {v} {a[1]}, {v} {a[2]})"
+            right = f"{self.values.fma}({v} {a[0]}, {v} {a[1]}, {v} {a[2]})"
         elif node.op in BINARY:
             right = f"{BINARY[node.op]} {v} {a[0]}, {a[1]}"
         elif node.op == "neg":
             right = f"fneg {v} {a[0]}"
         elif node.op == "sqrt":
-            right = f"{VALUES.sqrt}({v} {a[0]})"
+            right = f"{self.values.sqrt}({v} {a[0]})"
         elif node.op == "where":
-            right = f"select {VALUES.mask} {self._condition(node, number)}, {v} {a[1]}, {v} {a[2]}"
+            right = f"select {self.values.mask} {self._condition(node, number)}, {v} {a[1]}, {v} {a[2]}"
         elif node.op in COMPARE:  # masks live as 0 or 1 beside ordinary values, so that they may cross a cut
             one, zero = self._value(1.0), self._value(0.0)
             self.masks[node.id] = f"%m{number}"
             lines.append(f"%m{number} = fcmp {COMPARE[node.op]} {v} {a[0]}, {a[1]}")
-            right = f"select {VALUES.mask} %m{number}, {v} {one}, {v} {zero}"
+            right = f"select {self.values.mask} %m{number}, {v} {one}, {v} {zero}"
         elif node.op == "power_of_two":
-            bias, shift = self._value(ROUND + 1023.0), VALUES.constant("i64", "52")
+            bias, shift = self._value(ROUND + 1023.0), self.values.constant("i64", "52")
             lines.append(f"%f{number} = fadd {v} {a[0]}, {bias}")
-            lines.append(f"%b{number} = bitcast {v} %f{number} to {VALUES.bits}")
-            lines.append(f"%s{number} = shl {VALUES.bits} %b{number}, {shift}")
-            right = f"bitcast {VALUES.bits} %s{number} to {v}"
+            lines.append(f"%b{number} = bitcast {v} %f{number} to {self.values.bits}")
+            lines.append(f"%s{number} = shl {self.values.bits} %b{number}, {shift}")
+            right = f"bitcast {self.values.bits} %s{number} to {v}"
         elif node.op == "gather":
-            *before, right = VALUES.gathered(number, *a)
+            *before, right = self.values.gathered(number, *a)
             lines += before
         else:
             raise ValueError(f"no instruction for the operation {node.op!r}")
@@ -279,5 +285,5 @@ class _Writer:
         if condition.id in self.masks:
             return self.masks[condition.id]
         name, zero = f"%c{number}", self._value(0.0)
-        self.segments[-1].lines.append(f"{name} = fcmp une {VALUES.name} {self._value(condition)}, {zero}")
+        self.segments[-1].lines.append(f"{name} = fcmp une {self.values.name} {self._value(condition)}, {zero}")
         return name

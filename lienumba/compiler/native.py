@@ -25,6 +25,12 @@ from lienumba.compiler.native import emit
 sys.stdout.buffer.write(emit(sys.stdin.buffer.read().decode(), *sys.argv[1:]))
 """
 
+WIDE = """define void @copy(ptr %to, ptr %from) {
+%x = load <8 x double>, ptr %from, align 8
+store <8 x double> %x, ptr %to, align 8
+ret void
+}"""
+
 ADDRESSES: dict[str, int] = {}  # of functions that other libraries have in this process, by those variables
 _engines: WeakValueDictionary[bytes, Any] = WeakValueDictionary()  # by object code
 
@@ -58,6 +64,15 @@ def _wanted() -> tuple[str | None, str | None]:
         return config.CPU_NAME, config.CPU_FEATURES
     name = os.environ.get("NUMBA_CPU_NAME")
     return name, os.environ.get("NUMBA_CPU_FEATURES", "" if str(name).lower() == "generic" else None)
+
+
+@functools.cache
+def register_lanes() -> int:
+    """How many doubles a vector register has, four at least, as LLVM says, which knows CPUs by their names alone."""
+    from llvmlite import binding
+
+    module = binding.parse_assembly(WIDE)
+    return 8 if "zmm" in _machine(*cpu()).emit_assembly(module) else 4
 
 
 def compile_text(text: str) -> bytes:

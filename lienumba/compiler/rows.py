@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-W = 8  # lanes: one AVX-512 register, two AVX2, four SSE2
+W = 8  # lanes
 ROW = 8 * W  # bytes
 ARRAYS = ("state", "parameters", "clock", "extra", "out", "work")
 ARGUMENTS = ", ".join(f"ptr %{name}" for name in ARRAYS)

@@ -10,7 +10,7 @@ from zlib import crc32
 
 from lienumba.compiler.symbols import Symbol
 
-SIZE = 300  # operations and loads of inputs of a segment, where cut by size
+SIZE = 300  # operations and loads of inputs of a segment, where cut by size; half as many where it passes over lanes
 SHORTEST, LONGEST = 100, 400  # operations of a segment, where cut by content
 MEAN = 100  # operations from SHORTEST on until a cut is found, on average
 WINDOW = 12  # operations that decide about a cut
@@ -18,13 +18,14 @@ WINDOW = 12  # operations that decide about a cut
 Segments = list[list[Symbol]]
 
 
-def by_size(order: list[Symbol]) -> Segments:
-    """Operations in the order in which they are computed; at least one segment."""
+def by_size(order: list[Symbol], passes: bool = False) -> Segments:
+    """Operations in the order in which they are computed; at least one segment. passes: whether each is passed more
+    than once, so that one pass is still under way where the next begins."""
     segments: Segments = [[]]
-    size = 0
+    size, most = 0, SIZE // 2 if passes else SIZE
     for node in order:
         cost = 1 + sum([x.__class__ is Symbol and x.op == "input" for x in node.args])
-        if size + cost > SIZE and segments[-1] and node.op != "part":
+        if size + cost > most and segments[-1] and node.op != "part":
             segments.append([])
             size = 0
         size += cost

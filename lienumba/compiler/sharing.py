@@ -45,11 +45,12 @@ def assembled(name: str, segments: list[Segment], values: ValueType) -> str:
     calls = [""] * len(segments)
     for numbers in alike.values():
         shared = _Shared(f"{name}.{numbers[0]}", [segments[number] for number in numbers])
-        text.append(shared.function())
+        text.append(shared.function(values))
         for call, number in enumerate(numbers):
             calls[number] = shared.call(call, f"{name}.{number}")
             text.append(shared.table(call, f"{name}.{number}"))
-    return "\n".join(text) + "\n" + values.function(name, ARGUMENTS, "\n".join(calls))
+    every = "\n".join(calls)
+    return "\n".join(text) + f"\ndefine void @{name}({ARGUMENTS}) nounwind {{\n{every}\nret void\n}}\n"
 
 
 class _Shared:
@@ -76,7 +77,7 @@ class _Shared:
     def _row(self, access: int, call: int = 0) -> int:
         return self.segments[call].accesses[access][2]
 
-    def function(self) -> str:
+    def function(self, values: ValueType) -> str:
         segment = self.segments[0]
         lines = list(segment.lines)
         for access, (line, _, row, _) in enumerate(segment.accesses):
@@ -95,9 +96,9 @@ class _Shared:
         alone = ["" if array == "out" and renewed else "noalias " for _, array, _, _ in of]
         pointers = [f"ptr {alone[group]}{'' if x[3] else 'readonly '}%g{group}" for group, x in enumerate(of)]
         if self.alone:
-            pointers += [*(f"ptr %{array}" for array in ARRAYS), "ptr noalias readonly %rows"]
-        body = "\n".join(lines)
-        return f"define internal void @{self.name}({', '.join(pointers)}) noinline nounwind {{\n{body}\nret void\n}}\n"
+            pointers += [f"ptr %{array}" for array in ARRAYS]
+        table = ["ptr noalias readonly %rows"] if self.alone else []
+        return values.function(self.name, pointers, table, "\n".join(lines), "noinline nounwind")
 
     def call(self, call: int, label: str) -> str:
         local = label.replace(".", "_")

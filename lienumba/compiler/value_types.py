@@ -1,9 +1,11 @@
 """The type of a value in the text of kernels: a vector with one double per lane, or the double of one lane.
 
-A kernel of doubles runs its body for one lane after the other, on the same rows of W doubles, and gives the same bits.
-LLVM's fast instruction selection (level 0) does not support these vectors: doubles compile in a third of the time, and
-run slower. Tests use them.
+A function does the W lanes of its rows in passes of as many lanes as a value has, and gives the same bits whatever that
+number is. LLVM's fast instruction selection (level 0) does not support vectors: doubles compile in a third of the time,
+and run slower. Tests use them.
 """
+
+from collections.abc import Sequence
 
 from lienumba.compiler.rows import W
 
@@ -42,30 +44,27 @@ class ValueType:
         load = f"call {self._gather}({pointer} %q{n}, i32 8, {self.mask} {every}, {v} undef)"
         return [start, first, place, sought, load]
 
-    def function(self, name: str, arguments: str, body: str, linkage: str = "") -> str:
-        """A function of all W lanes; body: of `lanes` lanes; arguments: pointers to rows, and whole numbers."""
-        whole = f"define {linkage}void @{name}({arguments}) nounwind {{\n"
-        if self.lanes == W:
-            return f"{whole}{body}\nret void\n}}\n"
-        pointers = [x for x in arguments.split(", ") if x.startswith("ptr")]
-        moved = "\n".join(f"{x[4:]}.lane = getelementptr double, {x}, i64 %lane" for x in pointers)
-        given = ", ".join(f"{x}.lane" if x in pointers else x for x in arguments.split(", "))
-        return f"""define internal void @{name}.lane({arguments}) nounwind {{
-{body}
-ret void
-}}
-{whole}br label %next
+    def function(
+        self, name: str, pointers: Sequence[str], others: Sequence[str], body: str, attributes: str = "nounwind"
+    ) -> str:
+        """A function within its module. pointers: its arguments that point to rows; others: those that are the same in
+        every pass; body: of one pass, without branches."""
+        if self.lanes < W:
+            names = [x.rpartition("%")[2] for x in pointers]
+            moved = "\n".join(f"%{x} = getelementptr double, ptr %{x}.row, i64 %lane" for x in names)
+            pointers = [f"{x}.row" for x in pointers]
+            body = f"""br label %next
 next:
 %lane = phi i64 [0, %0], [%after, %next]
 {moved}
-call void @{name}.lane({given})
-%after = add i64 %lane, 1
+{body}
+%after = add i64 %lane, {self.lanes}
 %more = icmp ult i64 %after, {W}
 br i1 %more, label %next, label %end
-end:
-ret void
-}}
-"""
+end:"""
+        return (
+            f"define internal void @{name}({', '.join([*pointers, *others])}) {attributes} {{\n{body}\nret void\n}}\n"
+        )
 
 
 VECTOR, DOUBLE = ValueType(W), ValueType(1)
