@@ -25,7 +25,7 @@ from lienumba.compiler.value_types import VECTOR, ValueType
 from lienumba.numerics.vector_math import ROUND
 
 Value = Symbol | float  # of a graph
-VALUES = ValueType(native.register_lanes())  # the type of values in the text
+VALUES = ValueType(min(W, native.register_lanes()))  # the type of values in the text
 LONG = 8000  # operations from which on equal parts are looked for,
 REPEATED = 0.7  # and worth it where this fraction of the segments, or less, are distinct
 SOON = 8  # segments within which a value is read for the last time, or it is kept apart

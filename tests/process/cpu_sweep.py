@@ -1,6 +1,6 @@
 """Run by test_cpus.py in processes of their own, with names of sweeps: hashes of every variable's bits, as JSON; of
 "modes" eigenvalues.
-LEVEL in the environment: of code generation."""
+In the environment LEVEL: of code generation; LANES: how many a row has."""
 
 import hashlib
 import json
@@ -42,11 +42,16 @@ def modes() -> dict[str, list[float]]:
 
 
 def main(names: list[str]) -> None:
+    from lienumba.compiler import rows
+
+    rows.W = int(os.environ.get("LANES", rows.W))  # before any other module takes it from there
+    rows.ROW = 8 * rows.W
+
     from lienumba.compiler import native
     from tests.rigs import sweeps
 
     native.LEVEL = int(os.environ.get("LEVEL", native.LEVEL))
-    every = sweeps.SWEEPS | {"paced": sweeps.paced}
+    every = sweeps.SWEEPS | {"paced": sweeps.paced, "bounces": sweeps.bounces}
     found = {name: hashes(sweeps.run(every[name](runs=12))) for name in names if name in every}
     if "rotations" in names:
         found["rotations"] = {"given": rotations()}

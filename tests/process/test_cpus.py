@@ -1,4 +1,4 @@
-"""The same bits for every CPU that the kernels and the driver are compiled for."""
+"""The same bits for every CPU that the kernels and the driver are compiled for, and for any number of lanes."""
 
 import json
 import os
@@ -101,6 +101,21 @@ def test_an_old_cpu_throughout() -> None:
     target = sweeps("paced", "top", "rotations", "modes", LEVEL="0", **old)
     assert target["cpu"] == ["generic", ""]
     check(target)
+
+
+def with_lanes(lanes: str, cache: Path, *names: str) -> None:
+    """The same bits with rows of so many lanes. The cache knows of one number."""
+    assert sweeps(*names, LANES=lanes, LIENUMBA_CACHE_DIR=str(cache))["hashes"] == sweeps(*names)["hashes"]
+
+
+def test_rows_of_another_number_of_lanes(tmp_path: Path) -> None:
+    with_lanes("4", tmp_path, "loop")
+
+
+@pytest.mark.release
+@pytest.mark.parametrize("lanes", ["4", "16", "32"])
+def test_rows_of_any_number_of_lanes(lanes: str, tmp_path: Path) -> None:
+    with_lanes(lanes, tmp_path, "bounces", *FIXED)
 
 
 def test_hashes_notice_a_change() -> None:

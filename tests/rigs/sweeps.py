@@ -10,6 +10,7 @@ import pytest
 import lienumba
 from lienumba.scenario.reading.loading import load
 from lienumba.scenario.start import design
+from tests.rigs import parts
 from tests.rigs.places import SCENARIOS
 from tests.rigs.scenarios import BENNETT, LOOP, chain, scenario
 
@@ -84,6 +85,23 @@ def paced(runs: int = 20, **sections: Any) -> dict[str, Any]:
     data["integrator"] |= {"tolerance": 1e-8, "method": "tsit54"}
     data["events"] = [{"name": "tilted", "when": "tip.z < -0.0005", "action": "stop"}]
     data["quantities"] = [{"name": "tip", "type": "point", "body": "top"}]
+    return _with(data, sections)
+
+
+def bounces(runs: int = 20, **sections: Any) -> dict[str, Any]:
+    """A body that falls on a point of its own, rebounds, slides and sticks, each run at its own times."""
+    body = parts.body("b", 2.0, [0.3, 0.6, 0.4], position=[0, 0, 0.3], velocity=[1, 0.2, 0])
+    contact = parts.foot("c", "b", restitution=0.5, friction=0.3)
+    vary = {
+        "bodies.b.velocity[2]": {"distribution": "uniform", "low": -1, "high": 1},
+        "contacts.c.friction": {"distribution": "uniform", "low": 0, "high": 0.6},
+    }
+    data = {
+        "model": {"gravity": [0, 0, -9.81], "bodies": [body], "contacts": [contact]},
+        "integrator": {"end_time": 0.6, "tolerance": 1e-6},
+        "output": {"every": 0.1},
+        "sweep": {"runs": runs, "seed": 9, "vary": vary},
+    }
     return _with(data, sections)
 
 
