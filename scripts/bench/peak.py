@@ -27,6 +27,16 @@ def _four(out: int, turns: int) -> None:
     store(out, 0, (p[0] + p[1]) + (p[2] + p[3]))
 
 
+def _six(out: int, turns: int) -> None:
+    a, b = splat(0.999), splat(0.001)
+    p = (splat(0.1), splat(0.2), splat(0.3), splat(0.4))
+    q, r = splat(0.5), splat(0.6)
+    for _ in range(turns):
+        for _ in range(PER_TURN):
+            p, q, r = _advance(p, a, b), fma(q, a, b), fma(r, a, b)
+    store(out, 0, ((p[0] + p[1]) + (p[2] + p[3])) + (q + r))
+
+
 def _eight(out: int, turns: int) -> None:
     a, b = splat(0.999), splat(0.001)
     p = (splat(0.1), splat(0.2), splat(0.3), splat(0.4))
@@ -50,7 +60,7 @@ def _sixteen(out: int, turns: int) -> None:
     store(out, 0, total + ((r[0] + r[1]) + (r[2] + r[3])) + ((s[0] + s[1]) + (s[2] + s[3])))
 
 
-CHAINS = {4: _four, 8: _eight, 16: _sixteen}  # more chains hide the latency, until the registers run out
+CHAINS = {4: _four, 6: _six, 8: _eight, 16: _sixteen}  # more chains hide the latency, until the registers run out
 
 
 def of_a_flop(turns: int) -> Spent:

@@ -27,7 +27,7 @@ def hardware() -> dict[str, Any]:
     import numba
 
     from lienumba import __version__
-    from lienumba.compiler.native import cpu
+    from lienumba.compiler.native import cpu, register_lanes
 
     info = Path("/proc/cpuinfo")
     lines = info.read_text().splitlines() if info.exists() else []
@@ -35,6 +35,8 @@ def hardware() -> dict[str, Any]:
     return {
         "cpu": models[0] if models else platform.processor(),
         "target": cpu()[0],
+        "vector_doubles": register_lanes(),
+        "caches": caches(),
         "cores": os.cpu_count(),
         "load": os.getloadavg()[0] if hasattr(os, "getloadavg") else None,
         "lienumba": __version__,
@@ -44,6 +46,15 @@ def hardware() -> dict[str, Any]:
         "numpy": np.__version__,
         "time": datetime.now(UTC).isoformat(timespec="seconds"),
     }
+
+
+def caches() -> list[str]:
+    """Those of the first core, where Linux tells them: such as "L1d 32K"."""
+    found = []
+    for place in sorted(Path("/sys/devices/system/cpu/cpu0/cache").glob("index*")):
+        level, kind, size = ((place / name).read_text().strip() for name in ("level", "type", "size"))
+        found.append(f"L{level}{'' if kind == 'Unified' else kind[0].lower()} {size}")
+    return found
 
 
 def results(
@@ -100,7 +111,7 @@ def _ratios(cases: list[Case], samples: dict[str, np.ndarray]) -> dict[str, floa
         for slow in ("naive_none", "naive_both", "tuned_none", "tuned_both", "numpy_one", "numpy_all")
     }
     flops = {case.key: case.flops for case in cases}
-    found |= {f"peak_fraction_{key}": ratio("peak", key) * flops[key] for key in ("map", "engine_none_1")}
+    found |= {f"peak_fraction_{key}": ratio("peak", key) * n for key, n in flops.items() if n and key != "peak"}
     found |= {f"two_threads_{p}": ratio(f"engine_{p}_1", f"engine_{p}_2", 0) for p in ("none", "both")}
     chains = [case.key for case in cases if case.key.startswith("chain_")]
     if "chain_4" in chains:
@@ -120,6 +131,10 @@ def show(found: dict[str, Any], console: "Console") -> None:
         f"{h['cpu']} ({h['target']}), {h['cores']} cores{load}; lienumba {h['lienumba']}, Python {h['python']}, "
         f"numba {h['numba']}, llvmlite {h['llvmlite']}, numpy {h['numpy']}",
         highlight=False,
+    )
+    peak = f", peak {rows['peak']['gflops']:.0f} Gflop/s a core" if "peak" in rows else ""
+    console.print(
+        f"Vectors of {h['vector_doubles']} doubles, caches {', '.join(h['caches']) or 'unknown'}{peak}", highlight=False
     )
     if h["load"] is not None and h["load"] > BUSY:
         console.print("[yellow]The machine is busy: two threads and fractions of the peak come out too low.[/yellow]")

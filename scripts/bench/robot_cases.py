@@ -28,6 +28,7 @@ CHAIN_RUNS = 64
 PROJECTED = {"integrator.coordinates": "lie", "projection": {"position": "local", "velocity": "mass"}}
 BY_JOINTS = {"integrator.coordinates": "joint"}
 WAYS = {"lie": PROJECTED, "joint": BY_JOINTS}
+RIVALS = ("mujoco", "batch", "pinocchio")
 WORDS = {"lie": "bodies, both projections", "joint": "coordinates of joints"}
 
 
@@ -58,19 +59,27 @@ def robot_cases(names: list[str], runs: int = RUNS, work: int = WORK) -> tuple[l
                 run = partial(engine.spend, steps, THREADS)
                 key, parts = f"robot_{name}_{way}{rotors}", bodies * engine.stages
                 beside = partial(getattr, engine, "beside")
-                cases.append(Case(key, label, THREADS, runs * steps, run, parts=parts, beside=beside))
+                flops = engine.flops() if way == "joint" else 0.0
+                cases.append(Case(key, label, THREADS, runs * steps, run, flops, parts, beside))
                 checks += _check(label, own, engine)
-        cases += _rivals(name, robot, few)
+        rivals, same = _rivals(name, robot, few)
+        cases, checks = [*cases, *rivals], [*checks, *same]
     return cases, checks
 
 
-def _rivals(name: str, robot: robots.Robot, steps: int) -> list[Case]:
-    found = []
+def _rivals(name: str, robot: robots.Robot, steps: int) -> tuple[list[Case], list[Check]]:
+    found, checks = [], []
     try:
         mujoco = robot_rivals.Mujoco(robot.tree, robots.STEP, THREADS)
-        run = partial(_rollout, mujoco, robot, steps)
+        run = timed_by(mujoco.run, robot, steps)
         label = f"{name}, MuJoCo {mujoco.version} rollout, RK4"
         found.append(Case(f"robot_{name}_mujoco", label, THREADS, len(robot.q) * steps, run))
+        ends, same = mujoco.run(robot.q, robot.v, 10)[:2], mujoco.run_batch(robot.q, robot.v, 10)[:2]
+        error = max(float(np.abs(x - y).max()) for x, y in zip(ends, same, strict=True))
+        checks.append(Check(f"{name}: MuJoCo's batch after 10 ms against its rollout", error, 0.0))
+        run = timed_by(mujoco.run_batch, robot, steps)
+        label = f"{name}, MuJoCo {mujoco.version} batch, own masses, RK4"
+        found.append(Case(f"robot_{name}_batch", label, THREADS, len(robot.q) * steps, run))
     except ImportError:
         pass
     try:
@@ -80,11 +89,12 @@ def _rivals(name: str, robot: robots.Robot, steps: int) -> list[Case]:
         found.append(Case(f"robot_{name}_pinocchio", label, 1, EVALUATIONS**2, run))
     except ImportError:
         pass
-    return found
+    return found, checks
 
 
-def _rollout(mujoco: robot_rivals.Mujoco, robot: robots.Robot, steps: int) -> Spent:
-    return mujoco.run(robot.q, robot.v, steps)[2]
+def timed_by(run: Callable[..., tuple[Any, Any, Spent]], robot: robots.Robot, steps: int) -> Callable[[], Spent]:
+    """What a rival spends on so many steps of all runs."""
+    return lambda: run(robot.q, robot.v, steps)[2]
 
 
 def _check(label: str, robot: robots.Robot, engine: robots.Engine) -> list[Check]:
@@ -134,10 +144,10 @@ def ratios(cases: list[Case], ratio: Callable[[str, str], float]) -> dict[str, f
     """Of robots to their rivals, of rotors to none, of chains to that of four; ratio(slow, fast): within rounds."""
     keys, found = {case.key for case in cases}, {}
     for key in sorted(keys):
-        if key.startswith("robot_") and not key.endswith(("_mujoco", "_pinocchio")):
-            name = key.split("_")[1]
-            if (rival := f"robot_{name}_mujoco") in keys and not key.endswith("_rotors"):
-                found[f"{rival}/{key}"] = ratio(rival, key)
+        if key.startswith("robot_") and not key.endswith(RIVALS):
+            for rival in (f"robot_{key.split('_')[1]}_{other}" for other in ("mujoco", "batch")):
+                if rival in keys and not key.endswith("_rotors"):
+                    found[f"{rival}/{key}"] = ratio(rival, key)
             if (rotors := f"{key}_rotors") in keys:
                 found[f"{rotors}/{key}"] = ratio(rotors, key)
         if key.startswith("joints_") and (four := f"{key.rpartition('_')[0]}_4") in keys:
@@ -150,17 +160,19 @@ def show(found: dict[str, Any], console: "Console") -> None:
 
     rows, ratios = found["rows"], found["ratios"]
     table = Table(title="Robots, RK4, h = 1e-3, two threads: ns of core time per step and run, medians")
-    for name in ("", "ns", "per body and stage", "faster than MuJoCo by", "with rotors", "beside steps, µs per run"):
+    faster = "faster than MuJoCo's rollout by", "than its batch by"
+    for name in ("", "ns", "of peak", "per body and stage", *faster, "with rotors", "beside steps, µs per run"):
         table.add_column(name, no_wrap=not name, justify="right" if name else "left")
     for key, row in rows.items():
         if not key.startswith("robot_") or key.endswith("_rotors"):
             continue
-        rival = ratios.get(f"robot_{key.split('_')[1]}_mujoco/{key}")
-        rotors = ratios.get(f"{key}_rotors/{key}")
+        rivals = [ratios.get(f"robot_{key.split('_')[1]}_{other}/{key}") for other in ("mujoco", "batch")]
+        rotors, of_peak = ratios.get(f"{key}_rotors/{key}"), ratios.get(f"peak_fraction_{key}")
         each = f"{row['ns'] / row['parts']:.1f}" if row["parts"] else ""
-        more = (f"{rival:.1f}" if rival else "", f"{rotors:.2f}" if rotors else "")
+        more = (*(f"{x:.1f}" if x else "" for x in rivals), f"{rotors:.2f}" if rotors else "")
         beside = f"{row['beside_us']:,.0f}" if row["beside_us"] else ""
-        table.add_row(row["label"], f"{row['ns']:,.0f}", each, *more, beside)
+        share = f"{of_peak:.0%}" if of_peak else ""
+        table.add_row(row["label"], f"{row['ns']:,.0f}", share, each, *more, beside)
     console.print(table)
     chains = [key for key in rows if key.startswith("joints_")]
     if chains:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from bench.clock import Spent, Stopwatch
+from bench.engine import step_flops
 from bench.trees import Tree
 from lienumba.batch.execute import execute, tasks
 from lienumba.engine import simulate
@@ -113,6 +114,10 @@ class Engine:
         spent = watch.spent()
         self.beside = (spent.core - seconds) / batch.runs
         return ends, Spent(spent.wall, seconds)
+
+    def flops(self) -> int:
+        """Of a step and run without its projections."""
+        return step_flops(programs.program_of(self.resolved, self.prepared, True))
 
     def spend(self, steps: int, workers: int = 1) -> Spent:
         return self.run(steps, workers)[1]
