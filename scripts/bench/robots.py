@@ -117,7 +117,7 @@ class Engine:
 
     def flops(self) -> int:
         """Of a step and run without its projections."""
-        return step_flops(programs.program_of(self.resolved, self.prepared, True))
+        return step_flops(simulate.program_of(self.resolved, self.prepared, True))
 
     def spend(self, steps: int, workers: int = 1) -> Spent:
         return self.run(steps, workers)[1]
