@@ -4,13 +4,11 @@ Sums are loops over j, several side by side: what they read is read once for all
 """
 
 from collections.abc import Sequence
-from copy import copy
-from dataclasses import dataclass, field
 from struct import pack, unpack
 from typing import Any
 
 from lienumba.compiler import emit
-from lienumba.compiler.emit import Kernel
+from lienumba.compiler.composite import Composite
 from lienumba.compiler.rows import ARGUMENTS, ROW
 from lienumba.compiler.series import Orders, Sum
 from lienumba.compiler.value_types import VECTOR
@@ -20,41 +18,16 @@ NUMBERS = 3  # k, 1/k, 1/(k + 1)
 LAST = "last"  # the array in which whoever reads the series finds it
 
 
-@dataclass
-class SeriesKernel:
+class SeriesKernel(Composite):
     """Writes the coefficients 0 to `order` to the rows of `out` from `first` on, series by series; and then what
     `outputs` (row, value) says of them, which reads them in "extra", from the first coefficient on."""
 
-    name: str
-    orders: Orders
-    order: int
-    first: int
-    outputs: Sequence[tuple[int, Any]]
-    parts: list[Kernel] = field(init=False)
-    work_rows: int = field(init=False, default=0)
-
-    def __post_init__(self) -> None:
-        made, slices = self.orders, self.orders.rows
-        known = slices + len(made.sums)
-        start = [*made.start, *((known + n, x) for n, x in enumerate(made.known))]
-        self.rows = known + len(made.known)
-        parts = {"start": start, "order": made.order, "end": self.outputs}
-        self.parts = [
-            Kernel(f"{self.name}_{name}", tuple(x for _, x in stores), 0, tuple(row for row, _ in stores))
-            for name, stores in parts.items()
-        ]
-
-    @property
-    def hoisted(self) -> list[int]:
-        return [row for part in self.parts for row in part.hoisted.values()]
-
-    def hoisted_from(self, row: int) -> "SeriesKernel":
-        moved = copy(self)
-        moved.parts = []
-        for part in self.parts:
-            moved.parts.append(part.hoisted_from(row))
-            row += len(part.hoisted)
-        return moved
+    def __init__(self, name: str, orders: Orders, order: int, first: int, outputs: Sequence[tuple[int, Any]]) -> None:
+        self.orders, self.order, self.first, slices = orders, order, first, orders.rows
+        known = slices + len(orders.sums)
+        start = [*orders.start, *((known + n, x) for n, x in enumerate(orders.known))]
+        self.rows = known + len(orders.known)
+        super().__init__(name, {"start": start, "order": orders.order, "end": outputs})
 
     def counts(self) -> dict[str, int]:
         """Operations of a step: sums of products count as often as they are computed."""
@@ -68,14 +41,8 @@ class SeriesKernel:
                 found[name] += count
         return found
 
-    def text(self) -> str:
-        texts = [part.text().replace(emit.VALUES.declarations, "") for part in self.parts]
-        self.work_rows = max(part.work_rows for part in self.parts)
-        sums = _sums(f"{self.name}_sums", self.orders, self.order)
-        given = ", ".join(ARGUMENTS.split(", "))
-        prepares = "\n".join(f"call void @{part.name}_prepare({given})" for part in self.parts)
-        prepare = f"define void @{self.name}_prepare({ARGUMENTS}) nounwind {{\n{prepares}\nret void\n}}\n"
-        return "\n".join((emit.VALUES.declarations, *texts, *sums, self._whole(), prepare))
+    def body(self) -> str:
+        return "\n".join((*_sums(f"{self.name}_sums", self.orders, self.order), self._whole()))
 
     def _whole(self) -> str:
         slices = self.orders.rows

@@ -34,7 +34,7 @@ own, so that what is observed can never change how a step is computed.
 from dataclasses import dataclass, fields
 from fractions import Fraction
 
-from lienumba.compiler.convolutions import SeriesKernel
+from lienumba.compiler.composite import Composite
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import uncollected
 from lienumba.integrators import layout
@@ -87,7 +87,7 @@ class Outline:
 
 @dataclass(frozen=True)
 class Program(Outline):
-    kernels: dict[str, Kernel | SeriesKernel]
+    kernels: dict[str, Kernel | Composite]
 
     def outline(self) -> Outline:
         """Without the kernels, which are large and are not needed beside their machine code."""

@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from lienumba.compiler.composite import Composite
+from lienumba.compiler.elimination import EliminatingKernel
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
 from lienumba.integrators import layout
@@ -23,7 +25,7 @@ from lienumba.integrators.methods import munthe_kaas, step_control
 from lienumba.integrators.methods.charts import Coordinates
 from lienumba.integrators.tracing.extension_kernels import allowed, work_error_square
 from lienumba.integrators.tracing.implicit import stage_system
-from lienumba.integrators.tracing.implicit.stage_system import Factors
+from lienumba.integrators.tracing.implicit.stage_system import LOOPS, Factors, System
 from lienumba.integrators.tracing.linear.equations import Equations, Linear
 from lienumba.integrators.tracing.step_kernels import Reports, augmented_after
 from lienumba.integrators.tracing.tracer import Tracer, flat
@@ -68,13 +70,18 @@ class _Stages:
 
     def iterate(self, array: str, first: int) -> Iterate:
         """From these rows."""
-        size, unknown, elements = self.tracer.chart.size, sum(stage_system.unknowns(self.tracer)), self.tracer.elements
+        size, elements = self.tracer.chart.size, self.tracer.elements
         stages, every = [], []
-        for i in range(len(self.nodes)):
-            start = first + i * (size * elements + unknown)
-            stages.append([self.graph.inputs(array, size, start + size * e) for e in range(elements)])
-            every.append(list(self.graph.inputs(array, unknown, start + size * elements)))
+        for moved, unknown in self.places(first):
+            stages.append([self.graph.inputs(array, size, moved.start + size * e) for e in range(elements)])
+            every.append(list(self.graph.inputs(array, len(unknown), unknown.start)))
         return stages, every
+
+    def places(self, first: int) -> list[tuple[range, range]]:
+        """Of every stage the rows of u and those of the unknowns, in an iterate from a row on."""
+        moved, unknown = self.tracer.chart.size * self.tracer.elements, sum(stage_system.unknowns(self.tracer))
+        starts = (first + i * (moved + unknown) for i in range(len(self.nodes)))
+        return [(range(n, n + moved), range(n + moved, n + moved + unknown)) for n in starts]
 
     def rows(self, u: Sequence[Sequence[Coordinates]], unknown: Sequence[Sequence[Any]]) -> list[Any]:
         return [x for own, more in zip(u, unknown, strict=True) for x in (*flat(own), *more)]
@@ -122,12 +129,13 @@ def rows_of(tracer: Tracer) -> int:
     return len(tracer.tableau.layers) * own
 
 
-def kernels(tracer: Tracer) -> dict[str, Kernel]:
-    """All of them; `tracer.sizes` has the rows of an iterate."""
+def kernels(tracer: Tracer) -> dict[str, Kernel | Composite]:
+    """All of them; `tracer.sizes` has the rows of an iterate, and gets those of an eliminated matrix."""
     equations = Equations.of(tracer)
-    newton, factors = _iteration(tracer, equations, None)
-    simplified, _ = _iteration(tracer, equations, factors)
-    tracer.sizes = tracer.sizes._replace(factors=len(factors.kept))
+    newton, kept = _iteration(tracer, equations, None)
+    simplified, _ = _iteration(tracer, equations, kept)
+    rows = kept.elimination.memory if isinstance(kept, System) else len(kept.kept)
+    tracer.sizes = tracer.sizes._replace(factors=rows)
     found = {"guess": _guess(tracer), "newton": newton, "simplified": simplified, "step": _step(tracer)}
     if tracer.method.adaptive:
         found["close"] = _close(tracer, equations)
@@ -161,7 +169,9 @@ def _guess(tracer: Tracer) -> Kernel:
     return tracer.kernel("guess", rows, range(following, following + len(rows)))
 
 
-def _iteration(tracer: Tracer, equations: Equations, kept: Factors | None) -> tuple[Kernel, Factors]:
+def _iteration(
+    tracer: Tracer, equations: Equations, kept: Factors | System | None
+) -> tuple[Kernel | Composite, Factors | System]:
     """One of Newton's method, by a matrix of its own, which is kept behind what is found, or by one that has been."""
     step, sizes = _Stages.of(tracer), tracer.sizes
     u, unknown = step.iterate("extra", layout.iterate_row(sizes))
@@ -175,21 +185,39 @@ def _iteration(tracer: Tracer, equations: Equations, kept: Factors | None) -> tu
         right += stage.along
         right += [rate - x for rate, x in zip(stage.laws, w[n : n + laws], strict=True)]
         right += [r - (1.0 - mask[row]) * mu for r, row, mu in zip(stage.rows, tracer.used, w[n + laws :], strict=True)]
-    place = layout.factors_row(sizes)
+    first, place = layout.following_row(sizes), layout.factors_row(sizes)
+    name, fresh = ("newton", True) if kept is None else ("simplified", False)
     if kept is None:
-        factors = stage_system.factors(tracer, stages, step.A, step.h, mask)
-    else:
-        factors = kept.again(step.graph.inputs("extra", len(kept.kept), place))
-    flat_changes, size = factors.solved(right), len(right) // len(stages)
-    changes = [flat_changes[size * i : size * (i + 1)] for i in range(len(stages))]
-    new = [[x + dx for x, dx in zip(w, own, strict=True)] for w, own in zip(unknown, changes, strict=True)]
-    outputs = [*step.rows(u, new), _size(step, changes), where(finite([x for own in new for x in own]), 1.0, 0.0)]
-    first = layout.following_row(sizes)
-    rows = list(range(first, first + len(outputs)))
-    if kept is None:
-        outputs += factors.kept
-        rows += range(place, place + len(factors.kept))
-    return tracer.kernel("newton" if kept is None else "simplified", outputs, rows), factors
+        system = stage_system.system(tracer, stages, step.A, step.h, mask)
+        kept = system if system.elimination.products > LOOPS else system.factors
+    elif isinstance(kept, Factors):
+        kept = kept.again(step.graph.inputs("extra", len(kept.kept), place))
+    if isinstance(kept, System):
+        solution, places = kept.right(place), step.places(first)
+        start: list[tuple[int, Any]] = []
+        for (rows, _), own in zip(places, u, strict=True):
+            start += zip(rows, flat(own), strict=True)
+        start += [*zip(solution, right, strict=True), *(kept.stores(place) if fresh else [])]
+        end = _Stages.of(tracer)
+        new, *said = _improved(end, [end.graph.input("extra", row) for row in solution])
+        found: list[tuple[int, Any]] = [*enumerate(said, first + sizes.iterate)]
+        for (_, rows), w in zip(places, new, strict=True):
+            found += zip(rows, w, strict=True)
+        return EliminatingKernel(name, kept.elimination, place, start, found, fresh), kept
+    new, *said = _improved(step, kept.solved(right))
+    outputs = [*step.rows(u, new), *said]
+    rows = range(first, first + len(outputs))
+    outputs += kept.kept if fresh else []
+    return tracer.kernel(name, outputs, [*rows, *range(place, place + len(outputs) - len(rows))]), kept
+
+
+def _improved(step: _Stages, changes: Sequence[Any]) -> tuple[list[list[Any]], Any, Any]:
+    """The unknowns of all stages after these changes, the size of these, and whether they are numbers."""
+    _, unknown = step.iterate("extra", layout.iterate_row(step.tracer.sizes))
+    size = len(changes) // len(unknown)
+    by_stage = [changes[size * i : size * (i + 1)] for i in range(len(unknown))]
+    new = [[x + dx for x, dx in zip(w, own, strict=True)] for w, own in zip(unknown, by_stage, strict=True)]
+    return new, _size(step, by_stage), where(finite([x for own in new for x in own]), 1.0, 0.0)
 
 
 def _size(step: _Stages, changes: Sequence[Sequence[Any]]) -> Any:
@@ -252,43 +280,60 @@ def _step(tracer: Tracer) -> Kernel:
     return tracer.kernel("step", outputs, rows)
 
 
-def _close(tracer: Tracer, equations: Equations, along: bool = False) -> Kernel:
+def _close(tracer: Tracer, equations: Equations, along: bool = False) -> Kernel | Composite:
     """The error h (gamma F_0 + sum e_j f_j), of which (I - h gamma J)^-1 leaves what is not stiff; along: whether
     velocities that the constraints do not allow are left out."""
-    step = _Stages.of(tracer)
-    graph, model, sizes, behind = step.graph, step.model, tracer.sizes, layout.first_slope(tracer.sizes)
-    _, unknown = step.iterate("extra", behind + layout.iterate_row(sizes))
+    step, name = _Stages.of(tracer), "close_along" if along else "close"
+    behind = layout.first_slope(tracer.sizes)
+    _, unknown = step.iterate("extra", behind + layout.iterate_row(tracer.sizes))
     n, laws, count = stage_system.unknowns(tracer)
-    weights = munthe_kaas.scaled(step.h, tracer.tableau.errors[0])
-    rough = []
-    for i in range(tracer.elements):
-        slopes = [
-            graph.inputs("extra", tracer.chart.size, behind + layout.slope_row(sizes, i, s))
-            for s in range(sizes.stages)
-        ]
-        rough.append(munthe_kaas.weighted(weights, slopes))
-    places, velocities, states = tracer.apart(rough)
-    x0 = [*flat(tracer.state(graph, "state")), *tracer.augmented_rows(graph)]
+    places, velocities, states = _rough(step)
+    x0 = [*flat(tracer.state(step.graph, "state")), *tracer.augmented_rows(step.graph)]
     stage = step.linear(equations, x0, 0.0, unknown[0])
-    beta = float(tracer.tableau.damping) * step.h
     right: list[Any] = [0.0] * (n + laws + count)
-    given = {"q": [beta * q for q in places]}
-    for name, first in (("along", 0), ("laws", n)):
-        for (row, c), value in stage.block(name, "q").items():
+    given = {"q": [float(tracer.tableau.damping) * step.h * q for q in places]}
+    for of, first in (("along", 0), ("laws", n)):
+        for (row, c), value in stage.block(of, "q").items():
             right[first + row] = right[first + row] + value * given["q"][c]
-    for name, first in (("along", 0), ("rows", n + laws)):
-        for (row, c), value in stage.block(name, "a").items():
+    for of, first in (("along", 0), ("rows", n + laws)):
+        for (row, c), value in stage.block(of, "a").items():
             right[first + row] = right[first + row] - value * velocities[c]
     for m, x in enumerate(states):
         right[n + m] = right[n + m] + x
-    damping = [[float(tracer.tableau.damping)]]
-    found = stage_system.factors(tracer, [stage], damping, step.h, step.mask()).solved(right)
-    moving = allowed(tracer, graph, model, found[:n]) if along else found[:n]
+    system = stage_system.system(tracer, [stage], [[float(tracer.tableau.damping)]], step.h, step.mask())
+    if system.elimination.products <= LOOPS:
+        return tracer.kernel(name, _error(step, system.factors.solved(right), along))
+    first = behind + layout.factors_row(tracer.sizes)
+    solution, end = system.right(first), _Stages.of(tracer)
+    start = [*zip(solution, right, strict=True), *system.stores(first)]
+    found = _error(end, [end.graph.input("extra", row) for row in solution], along)
+    return EliminatingKernel(name, system.elimination, first, start, [*enumerate(found)])
+
+
+def _rough(step: _Stages) -> tuple[list[Number], list[Number], list[Number]]:
+    """The error before it is damped: of places, of velocities, of laws' states."""
+    tracer, rough = step.tracer, []
+    weights, behind = munthe_kaas.scaled(step.h, tracer.tableau.errors[0]), layout.first_slope(tracer.sizes)
+    for i in range(tracer.elements):
+        slopes = [
+            step.graph.inputs("extra", tracer.chart.size, behind + layout.slope_row(tracer.sizes, i, s))
+            for s in range(tracer.sizes.stages)
+        ]
+        rough.append(munthe_kaas.weighted(weights, slopes))
+    return tracer.apart(rough)
+
+
+def _error(step: _Stages, found: Sequence[Any], along: bool) -> list[Number]:
+    """What `close` says, of the damped error of velocities and laws' states."""
+    tracer, graph, model = step.tracer, step.graph, step.model
+    n, laws, _ = stage_system.unknowns(tracer)
+    places, beta = _rough(step)[0], float(tracer.tableau.damping) * step.h
+    moving = allowed(tracer, graph, model, [*found[:n]]) if along else found[:n]
     moved = [q + beta * v for q, v in zip(places, moving, strict=True)]
     estimates = [[z] for z in tracer.gathered(moved, moving, found[n : n + laws])]
     square = tracer.error_square(graph, model, estimates, tracer.state(graph, "state"), tracer.state(graph, "extra"))
     if tracer.augmented.work:
-        square = step_control.worst([square, work_error_square(tracer, graph, model, behind)])
+        work = work_error_square(tracer, graph, model, layout.first_slope(tracer.sizes))
+        square = step_control.worst([square, work])
     square = square * (PASSING * PASSING) if along else square
-    factor = step_control.factor(square, graph.input("clock", layout.MEMORY), tracer.tableau.estimated)
-    return tracer.kernel("close_along" if along else "close", (square, *factor))
+    return [square, *step_control.factor(square, graph.input("clock", layout.MEMORY), tracer.tableau.estimated)]

@@ -9,15 +9,19 @@ A variable leaves with its copies of all stages, one behind the other, in the or
 is eliminated. Of Radau IIA, I + x A + y A^2 has positive pivots, the largest of their rows, for all x, y >= 0.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
+from lienumba.compiler.elimination import Elimination
 from lienumba.compiler.symbols import Symbol
 from lienumba.integrators.tracing.linear.equations import Linear
 from lienumba.integrators.tracing.tracer import Tracer
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero
+
+LOOPS = 4000  # products of an elimination from which on it is made of loops
 
 Rows = list[dict[int, Any]]
 Matrix = Sequence[Sequence[float]]
@@ -29,11 +33,51 @@ def unknowns(tracer: Tracer) -> tuple[int, int, int]:
     return tracer.velocities, laws, len(tracer.used)
 
 
-def factors(tracer: Tracer, stages: Sequence[Linear], A: Matrix, h: Number, mask: Sequence[Number]) -> "Factors":
-    """Of Newton's matrix, stage by stage; mask: 1 or 0 for each row of C."""
-    size = sum(unknowns(tracer))
-    order = [size * i + variable for variable in order_of(tracer) for i in range(len(stages))]
-    return Factors.of(_matrix(tracer, stages, A, h, mask), order)
+@dataclass(frozen=True)
+class System:
+    """Newton's matrix. A stage's copy of a variable has the row and the column `variables * stage + variable`; order: in
+    which variables leave."""
+
+    rows: Rows
+    copies: int
+    order: list[int]
+
+    @property
+    def factors(self) -> "Factors":
+        """By operations on symbols; the rows are used up."""
+        variables = len(self.order)
+        return Factors.of(self.rows, [variables * i + variable for variable in self.order for i in range(self.copies)])
+
+    @cached_property
+    def elimination(self) -> Elimination:
+        """By loops."""
+        place = {variable: n for n, variable in enumerate(self.order)}
+        entries = {(place[row], place[column]) for row, _, column, _, _ in self._entries()}
+        return Elimination.of(entries, len(self.order), self.copies)
+
+    def stores(self, first: int) -> list[tuple[int, Any]]:
+        """What loops read, from a row on."""
+        place, row_of = {variable: n for n, variable in enumerate(self.order)}, self.elimination.row
+        return [(first + row_of(place[row], place[c], i, j), x) for row, i, c, j, x in self._entries()]
+
+    def right(self, first: int) -> list[int]:
+        """The rows of right-hand sides for loops, variable by variable of each stage."""
+        vector = first + self.elimination.vector
+        place = {variable: n for n, variable in enumerate(self.order)}
+        return [vector + self.copies * place[v] + i for i in range(self.copies) for v in range(len(self.order))]
+
+    def _entries(self) -> Iterator[tuple[int, int, int, int, Any]]:
+        """Variable and copy of the row and of the column of each entry."""
+        for row, entries in enumerate(self.rows):
+            for column, x in entries.items():
+                if not is_zero(x):
+                    (i, own), (j, other) = divmod(row, len(self.order)), divmod(column, len(self.order))
+                    yield own, i, other, j, x
+
+
+def system(tracer: Tracer, stages: Sequence[Linear], A: Matrix, h: Number, mask: Sequence[Number]) -> System:
+    """Newton's matrix of these stages; mask: 1 or 0 for each row of C."""
+    return System(_matrix(tracer, stages, A, h, mask), len(stages), order_of(tracer))
 
 
 def order_of(tracer: Tracer) -> list[int]:

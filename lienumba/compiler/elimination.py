@@ -1,0 +1,123 @@
+"""Sparse elimination without pivoting as loops over blocks of a matrix: the text does not grow with the matrix.
+
+A block has side x side numbers, one row of lanes each; its rows and columns are the copies of two variables. Blocks lie
+one behind the other in the order in which they are eliminated: of every pivot its own, those of later columns in its
+row, those of later rows in its column. A table tells how many there are, and which block each product of one of the
+column and one of the row is taken from.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from lienumba.compiler.composite import Composite
+from lienumba.compiler.elimination_loops import text_of
+from lienumba.compiler.rows import ARGUMENTS, ROW
+
+Stores = Sequence[tuple[int, Any]]
+
+
+@dataclass(frozen=True)
+class Elimination:
+    """side: of a block; columns, rows: of each pivot, in the order of elimination, the places of later variables in its
+    row and in its column."""
+
+    side: int
+    columns: tuple[tuple[int, ...], ...]
+    rows: tuple[tuple[int, ...], ...]
+
+    @staticmethod
+    def of(entries: Iterable[tuple[int, int]], size: int, side: int) -> "Elimination":
+        """Of a matrix with blocks at these places (row, column); size: variables."""
+        columns: list[set[int]] = [{n} for n in range(size)]
+        rows: list[set[int]] = [{n} for n in range(size)]
+        for row, column in entries:
+            columns[row].add(column)
+            rows[column].add(row)
+        for pivot in range(size):
+            columns[pivot] = {n for n in columns[pivot] if n > pivot}
+            rows[pivot] = {n for n in rows[pivot] if n > pivot}
+            for row in rows[pivot]:
+                columns[row] |= columns[pivot]
+            for column in columns[pivot]:
+                rows[column] |= rows[pivot]
+        return Elimination(side, *(tuple(tuple(sorted(own)) for own in every) for every in (columns, rows)))
+
+    @property
+    def size(self) -> int:
+        """How many variables there are."""
+        return len(self.columns)
+
+    @property
+    def products(self) -> int:
+        """How many products of numbers are subtracted."""
+        return self.side**3 * sum(len(c) * len(r) for c, r in zip(self.columns, self.rows, strict=True))
+
+    @cached_property
+    def _blocks(self) -> dict[tuple[int, int], int]:
+        places = [
+            place
+            for pivot, (columns, rows) in enumerate(zip(self.columns, self.rows, strict=True))
+            for place in ((pivot, pivot), *((pivot, c) for c in columns), *((r, pivot) for r in rows))
+        ]
+        return {place: n for n, place in enumerate(places)}
+
+    @property
+    def vector(self) -> int:
+        """The first row of a right-hand side, which becomes the solution: behind the matrix."""
+        return self.side**2 * len(self._blocks)
+
+    @property
+    def memory(self) -> int:
+        """The rows of the matrix and of a right-hand side."""
+        return self.vector + self.side * self.size
+
+    def row(self, row: int, column: int, i: int, j: int) -> int:
+        """The row of memory of an entry: of copy i of the variable at a place, and copy j of another one."""
+        return self.side * (self.side * self._blocks[row, column] + i) + j
+
+    def text(self, name: str) -> str:
+        """Functions `name`_clear, which sets the matrix to 0, `name`_eliminate and `name`_solve of a pointer to it."""
+        numbers, places, targets = [], list[int](), list[int]()
+        for pivot, (columns, rows) in enumerate(zip(self.columns, self.rows, strict=True)):
+            numbers += [len(columns), len(rows), self._blocks[pivot, pivot], len(places), len(targets)]
+            places += [*columns, *rows]
+            targets += [self._blocks[r, c] for r in rows for c in columns]
+        tables = {"numbers": numbers, "places": places, "targets": targets}
+        return text_of(name, self.side, self.size, self.vector, tables)
+
+
+class EliminatingKernel(Composite):
+    """Writes a matrix and a right-hand side behind a row of "extra", eliminates the one and solves for the other, which
+    becomes the solution, and then says what `end` says of it.
+
+    start, end: (row, value), the one of "extra", the other of "out", which may be the same; fresh: whether the matrix
+    is written and eliminated, or was so before.
+    """
+
+    def __init__(
+        self, name: str, system: Elimination, first: int, start: Stores, end: Stores, fresh: bool = True
+    ) -> None:
+        self.system, self.first, self.fresh = system, first, fresh
+        super().__init__(name, {"start": start, "end": end})
+
+    def counts(self) -> dict[str, int]:
+        """Operations of one evaluation, without those of the elimination and the solution."""
+        start, end = (part.counts() for part in self.parts)
+        return {name: count + end[name] for name, count in start.items()}
+
+    def body(self) -> str:
+        name, given = f"{self.name}_system", "ptr %state, ptr %parameters, ptr %clock, ptr %extra"
+        clear, eliminate = (f"call void @{name}_{x}(ptr %matrix)" if self.fresh else "" for x in ("clear", "eliminate"))
+        return f"""{self.system.text(name)}
+define void @{self.name}({ARGUMENTS}) nounwind {{
+%matrix = getelementptr i8, ptr %extra, i64 {ROW * self.first}
+{clear}
+call void @{self.name}_start({given}, ptr %extra, ptr %work)
+{eliminate}
+call void @{name}_solve(ptr %matrix)
+call void @{self.name}_end({given}, ptr %out, ptr %work)
+ret void
+}}
+"""
