@@ -6,7 +6,7 @@ row, those of later rows in its column. A table tells how many there are, and wh
 column and one of the row is taken from.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -88,36 +88,63 @@ class Elimination:
         return text_of(name, self.side, self.size, self.vector, tables)
 
 
+@dataclass(frozen=True)
+class Each:
+    """A part that is computed `count` times, each time from so many `rows` of "extra", from the row `first` on, to rows
+    among these: (row, value)."""
+
+    stores: Stores
+    count: int
+    first: int
+    rows: int
+
+
 class EliminatingKernel(Composite):
     """Writes a matrix and a right-hand side behind a row of "extra", eliminates the one and solves for the other, which
     becomes the solution, and then says what `end` says of it.
 
-    start, end: (row, value), the one of "extra", the other of "out", which may be the same; fresh: whether the matrix
-    is written and eliminated, or was so before.
+    parts: (row, value) of "start", if there is something to be done before `each`, "matrix" and "end", which goes to
+    "out", the others to "extra"; fresh: whether the matrix is written and eliminated, or was so before.
     """
 
     def __init__(
-        self, name: str, system: Elimination, first: int, start: Stores, end: Stores, fresh: bool = True
-    ) -> None:
-        self.system, self.first, self.fresh = system, first, fresh
-        super().__init__(name, {"start": start, "end": end})
+        self, name: str, system: Elimination, first: int, parts: Mapping[str, Stores], fresh: bool = True,
+        each: Each | None = None,
+    ) -> None:  # fmt: skip
+        self.system, self.first, self.fresh, self.each = system, first, fresh, each
+        super().__init__(name, {**parts, **({"each": each.stores} if each else {})})
+
+    @property
+    def memory(self) -> int:
+        """The rows of "extra" that it needs."""
+        return self.system.memory + (self.each.count * self.each.rows if self.each else 0)
 
     def counts(self) -> dict[str, int]:
         """Operations of one evaluation, without those of the elimination and the solution."""
-        start, end = (part.counts() for part in self.parts)
-        return {name: count + end[name] for name, count in start.items()}
+        found: dict[str, int] = {}
+        for part in self.parts:
+            times = self.each.count if self.each and part.name == f"{self.name}_each" else 1
+            for name, count in part.counts().items():
+                found[name] = found.get(name, 0) + times * count
+        return found
 
     def body(self) -> str:
         name, given = f"{self.name}_system", "ptr %state, ptr %parameters, ptr %clock, ptr %extra"
-        clear, eliminate = (f"call void @{name}_{x}(ptr %matrix)" if self.fresh else "" for x in ("clear", "eliminate"))
-        return f"""{self.system.text(name)}
-define void @{self.name}({ARGUMENTS}) nounwind {{
-%matrix = getelementptr i8, ptr %extra, i64 {ROW * self.first}
-{clear}
-call void @{self.name}_start({given}, ptr %extra, ptr %work)
-{eliminate}
-call void @{name}_solve(ptr %matrix)
-call void @{self.name}_end({given}, ptr %out, ptr %work)
-ret void
-}}
-"""
+        lines = [f"%matrix = getelementptr i8, ptr %extra, i64 {ROW * self.first}"]
+        if self.fresh:
+            lines.append(f"call void @{name}_clear(ptr %matrix)")
+        if self.each:
+            lines.append(f"call void @{self.name}_start({given}, ptr %extra, ptr %work)")
+            for n in range(self.each.count):
+                own = f"%each{n}"
+                lines.append(
+                    f"{own} = getelementptr i8, ptr %extra, i64 {ROW * (self.each.first + self.each.rows * n)}"
+                )
+                own = f"ptr %state, ptr %parameters, ptr %clock, ptr {own}, ptr {own}, ptr %work"
+                lines.append(f"call void @{self.name}_each({own})")
+        lines.append(f"call void @{self.name}_matrix({given}, ptr %extra, ptr %work)")
+        if self.fresh:
+            lines.append(f"call void @{name}_eliminate(ptr %matrix)")
+        lines += [f"call void @{name}_solve(ptr %matrix)", f"call void @{self.name}_end({given}, ptr %out, ptr %work)"]
+        text = "\n".join(lines)
+        return f"{self.system.text(name)}\ndefine void @{self.name}({ARGUMENTS}) nounwind {{\n{text}\nret void\n}}\n"

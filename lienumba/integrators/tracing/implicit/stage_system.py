@@ -9,14 +9,13 @@ A variable leaves with its copies of all stages, one behind the other, in the or
 is eliminated. Of Radau IIA, I + x A + y A^2 has positive pivots, the largest of their rows, for all x, y >= 0.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 from lienumba.compiler.elimination import Elimination
 from lienumba.compiler.symbols import Symbol
-from lienumba.integrators.tracing.linear.equations import Linear
+from lienumba.integrators.tracing.linear.equations import Equations, Linear
 from lienumba.integrators.tracing.tracer import Tracer
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero
@@ -33,51 +32,54 @@ def unknowns(tracer: Tracer) -> tuple[int, int, int]:
     return tracer.velocities, laws, len(tracer.used)
 
 
-@dataclass(frozen=True)
-class System:
-    """Newton's matrix. A stage's copy of a variable has the row and the column `variables * stage + variable`; order: in
-    which variables leave."""
+def factors(tracer: Tracer, stages: Sequence[Linear], A: Matrix, h: Number, mask: Sequence[Number]) -> "Factors":
+    """Of Newton's matrix, stage by stage; mask: 1 or 0 for each row of C."""
+    size = sum(unknowns(tracer))
+    order = [size * i + variable for variable in order_of(tracer) for i in range(len(stages))]
+    return Factors.of(matrix(tracer, stages, A, h, mask), order)
 
-    rows: Rows
-    copies: int
-    order: list[int]
+
+@dataclass(frozen=True)
+class Blocks:
+    """Where loops have Newton's matrix and what it is solved for, which loops are shorter than straight-line code.
+
+    place: of each variable in the order in which they leave; first: the row of memory where the matrix begins.
+    """
+
+    elimination: Elimination
+    place: dict[int, int]
+    first: int
+
+    @staticmethod
+    def of(tracer: Tracer, equations: Equations, stages: int, first: int) -> "Blocks | None":
+        """None of small systems."""
+        n, laws, _ = unknowns(tracer)
+        rows = {"along": 0, "laws": n, "rows": n + laws}
+        columns = {"q": 0, "v": 0, "a": 0, "laws": n, "mu": n + laws}
+        place = {variable: number for number, variable in enumerate(order_of(tracer))}
+        entries = {
+            (place[rows[of] + i], place[columns[by] + j])
+            for of in rows for by in columns for i, j in zip(*equations.places[of, by][:2], strict=True)
+        }  # fmt: skip
+        found = Elimination.of(entries, len(place), stages)
+        return Blocks(found, place, first) if found.products > LOOPS else None
+
+    def entries(self, rows: Rows) -> list[tuple[int, Any]]:
+        """The rows of memory of a matrix, and its entries."""
+        found, size = list[tuple[int, Any]](), len(self.place)
+        for row, entries in enumerate(rows):
+            i, own = divmod(row, size)
+            for column, x in entries.items():
+                j, other = divmod(column, size)
+                if not is_zero(x):
+                    found.append((self.first + self.elimination.row(self.place[own], self.place[other], i, j), x))
+        return found
 
     @property
-    def factors(self) -> "Factors":
-        """By operations on symbols; the rows are used up."""
-        variables = len(self.order)
-        return Factors.of(self.rows, [variables * i + variable for variable in self.order for i in range(self.copies)])
-
-    @cached_property
-    def elimination(self) -> Elimination:
-        """By loops."""
-        place = {variable: n for n, variable in enumerate(self.order)}
-        entries = {(place[row], place[column]) for row, _, column, _, _ in self._entries()}
-        return Elimination.of(entries, len(self.order), self.copies)
-
-    def stores(self, first: int) -> list[tuple[int, Any]]:
-        """What loops read, from a row on."""
-        place, row_of = {variable: n for n, variable in enumerate(self.order)}, self.elimination.row
-        return [(first + row_of(place[row], place[c], i, j), x) for row, i, c, j, x in self._entries()]
-
-    def right(self, first: int) -> list[int]:
-        """The rows of right-hand sides for loops, variable by variable of each stage."""
-        vector = first + self.elimination.vector
-        place = {variable: n for n, variable in enumerate(self.order)}
-        return [vector + self.copies * place[v] + i for i in range(self.copies) for v in range(len(self.order))]
-
-    def _entries(self) -> Iterator[tuple[int, int, int, int, Any]]:
-        """Variable and copy of the row and of the column of each entry."""
-        for row, entries in enumerate(self.rows):
-            for column, x in entries.items():
-                if not is_zero(x):
-                    (i, own), (j, other) = divmod(row, len(self.order)), divmod(column, len(self.order))
-                    yield own, i, other, j, x
-
-
-def system(tracer: Tracer, stages: Sequence[Linear], A: Matrix, h: Number, mask: Sequence[Number]) -> System:
-    """Newton's matrix of these stages; mask: 1 or 0 for each row of C."""
-    return System(_matrix(tracer, stages, A, h, mask), len(stages), order_of(tracer))
+    def vector(self) -> list[int]:
+        """The rows of memory of a right-hand side, variable by variable of each stage."""
+        first, stages = self.first + self.elimination.vector, self.elimination.side
+        return [first + stages * self.place[v] + i for i in range(stages) for v in range(len(self.place))]
 
 
 def order_of(tracer: Tracer) -> list[int]:
@@ -89,7 +91,7 @@ def order_of(tracer: Tracer) -> list[int]:
     return [*range(n, n + laws), *rates, *own]
 
 
-def _matrix(tracer: Tracer, stages: Sequence[Linear], A: Matrix, h: Number, mask: Sequence[Number]) -> Rows:
+def matrix(tracer: Tracer, stages: Sequence[Linear], A: Matrix, h: Number, mask: Sequence[Number]) -> Rows:
     n, laws, count = unknowns(tracer)
     size, s = n + laws + count, range(len(stages))
     first = {"along": 0, "laws": n, "rows": n + laws}
