@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from typing import Any
+from typing import Any, Self
 
 from lienumba.compiler import emit
 from lienumba.compiler.emit import Kernel
@@ -23,7 +23,7 @@ class Composite:
     def hoisted(self) -> list[int]:
         return [row for part in self.parts for row in part.hoisted.values()]
 
-    def hoisted_from(self, row: int) -> "Composite":
+    def hoisted_from(self, row: int) -> Self:
         """The same with its invariants from this row of the parameters on."""
         moved = copy(self)
         moved.parts = []

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any
 
 from lienumba.compiler.composite import Composite
-from lienumba.compiler.elimination_loops import text_of
+from lienumba.compiler.elimination_loops import Text, table
 from lienumba.compiler.rows import ARGUMENTS, ROW
 
 Stores = Sequence[tuple[int, Any]]
@@ -77,26 +77,54 @@ class Elimination:
         """The row of memory of an entry: of copy i of the variable at a place, and copy j of another one."""
         return self.side * (self.side * self._blocks[row, column] + i) + j
 
-    def text(self, name: str) -> str:
-        """Functions `name`_clear, which sets the matrix to 0, `name`_eliminate and `name`_solve of a pointer to it."""
+    def text(self, name: str, each: "Each | None" = None) -> str:
+        """Functions `name`_clear, which sets the matrix to 0, `name`_eliminate and `name`_solve of a pointer to it, and
+        `name`_add, also of one to the rows of `each`, for its terms."""
         numbers, places, targets = [], list[int](), list[int]()
         for pivot, (columns, rows) in enumerate(zip(self.columns, self.rows, strict=True)):
             numbers += [len(columns), len(rows), self._blocks[pivot, pivot], len(places), len(targets)]
             places += [*columns, *rows]
             targets += [self._blocks[r, c] for r in rows for c in columns]
-        tables = {"numbers": numbers, "places": places, "targets": targets}
-        return text_of(name, self.side, self.size, self.vector, tables)
+        tables, text = {"numbers": numbers, "places": places, "targets": targets}, Text(name, self.side)
+        functions = [
+            text.pivot(), text.row(), text.forward(), text.backward(), text.clear(self.vector),
+            text.eliminate(self.size), text.solve(self.size, self.vector),
+        ]  # fmt: skip
+        if each:
+            for n, x in enumerate(each.terms):
+                blocks = (self._blocks[place] for place in x.places)
+                tables[f"terms{n}"] = [y for pair in zip(x.numbers, blocks, strict=True) for y in pair]
+                functions.append(text.terms(n, len(x.places), x.weights, x.power, each.count * each.rows, each.rows))
+            functions.append(text.add(len(each.terms)))
+        return "\n".join((*(table(f"{name}.{x}", own) for x, own in tables.items()), *functions))
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What is taken from blocks: from i, j of each of these places (row, column) weights[i][j] times a number of the
+    copy i. numbers: their rows there; power: of a factor that all are multiplied by before."""
+
+    numbers: list[int]
+    places: list[tuple[int, int]]
+    weights: Sequence[Sequence[float]]
+    power: int
 
 
 @dataclass(frozen=True)
 class Each:
     """A part that is computed `count` times, each time from so many `rows` of "extra", from the row `first` on, to rows
-    among these: (row, value)."""
+    among these: (row, value). terms: what goes to the matrix; behind the last rows is the factor of these."""
 
     stores: Stores
     count: int
     first: int
     rows: int
+    terms: Sequence[Terms] = ()
+
+    @property
+    def factor(self) -> int:
+        """The row of the factor of terms."""
+        return self.first + self.count * self.rows
 
 
 class EliminatingKernel(Composite):
@@ -117,10 +145,10 @@ class EliminatingKernel(Composite):
     @property
     def memory(self) -> int:
         """The rows of "extra" that it needs."""
-        return self.system.memory + (self.each.count * self.each.rows if self.each else 0)
+        return self.system.memory + (self.each.count * self.each.rows + 1 if self.each else 0)
 
     def counts(self) -> dict[str, int]:
-        """Operations of one evaluation, without those of the elimination and the solution."""
+        """Operations of one evaluation, without those of loops."""
         found: dict[str, int] = {}
         for part in self.parts:
             times = self.each.count if self.each and part.name == f"{self.name}_each" else 1
@@ -129,22 +157,23 @@ class EliminatingKernel(Composite):
         return found
 
     def body(self) -> str:
-        name, given = f"{self.name}_system", "ptr %state, ptr %parameters, ptr %clock, ptr %extra"
+        name, each = f"{self.name}_system", self.each
+        given = "ptr %state, ptr %parameters, ptr %clock, ptr %extra"
         lines = [f"%matrix = getelementptr i8, ptr %extra, i64 {ROW * self.first}"]
-        if self.fresh:
-            lines.append(f"call void @{name}_clear(ptr %matrix)")
-        if self.each:
+        if each:
+            lines.append(f"%each = getelementptr i8, ptr %extra, i64 {ROW * each.first}")
             lines.append(f"call void @{self.name}_start({given}, ptr %extra, ptr %work)")
-            for n in range(self.each.count):
-                own = f"%each{n}"
-                lines.append(
-                    f"{own} = getelementptr i8, ptr %extra, i64 {ROW * (self.each.first + self.each.rows * n)}"
-                )
-                own = f"ptr %state, ptr %parameters, ptr %clock, ptr {own}, ptr {own}, ptr %work"
+            for n in range(each.count):
+                lines.append(f"%each{n} = getelementptr i8, ptr %each, i64 {ROW * each.rows * n}")
+                own = f"ptr %state, ptr %parameters, ptr %clock, ptr %each{n}, ptr %each{n}, ptr %work"
                 lines.append(f"call void @{self.name}_each({own})")
+        lines += [f"call void @{name}_clear(ptr %matrix)"] if self.fresh else []
         lines.append(f"call void @{self.name}_matrix({given}, ptr %extra, ptr %work)")
         if self.fresh:
+            lines += [f"call void @{name}_add(ptr %matrix, ptr %each)"] if each and each.terms else []
             lines.append(f"call void @{name}_eliminate(ptr %matrix)")
         lines += [f"call void @{name}_solve(ptr %matrix)", f"call void @{self.name}_end({given}, ptr %out, ptr %work)"]
         text = "\n".join(lines)
-        return f"{self.system.text(name)}\ndefine void @{self.name}({ARGUMENTS}) nounwind {{\n{text}\nret void\n}}\n"
+        return (
+            f"{self.system.text(name, each)}\ndefine void @{self.name}({ARGUMENTS}) nounwind {{\n{text}\nret void\n}}\n"
+        )

@@ -1,31 +1,23 @@
 """The LLVM text of the loops of `lienumba.compiler.elimination`: functions of a pointer to the matrix, on tables."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from struct import pack
 
 from lienumba.compiler import emit
 from lienumba.compiler.rows import ROW
 
 REGISTERS = 24  # rows of lanes that the innermost loop may hold: factors, and what they are taken from
 NUMBERS = 5  # of a pivot in the table: its columns, its rows, its first block, its first place, its first target
+NO_WEIGHT = 1e-15  # what rounding leaves of weights of methods that are 0
 
 
-def text_of(name: str, side: int, size: int, vector: int, tables: Mapping[str, Sequence[int]]) -> str:
-    """The functions `name`_clear, `name`_eliminate and `name`_solve; vector: the row of the right-hand side."""
-    text = _Text(name, side)
-    functions = [
-        text.pivot(), text.row(), text.forward(), text.backward(), text.clear(vector), text.eliminate(size),
-        text.solve(size, vector),
-    ]  # fmt: skip
-    return "\n".join((*(_table(f"{name}.{x}", numbers) for x, numbers in tables.items()), *functions))
-
-
-def _table(name: str, numbers: Sequence[int]) -> str:
+def table(name: str, numbers: Sequence[int]) -> str:
     given = ", ".join(f"i32 {n}" for n in numbers or [0])
     return f"@{name} = internal constant [{max(len(numbers), 1)} x i32] [{given}]"
 
 
-class _Text:
+class Text:
     """Writes the functions, which keep blocks in registers: the sizes of loops are in tables, side is not."""
 
     def __init__(self, name: str, side: int) -> None:
@@ -96,12 +88,40 @@ class _Text:
             return emit.VALUES.function(f"{self.name}_{name}", arguments, body, linkage)
         return f"define internal void @{self.name}_{name}({arguments}) noinline nounwind {{\n{body}\nret void\n}}\n"
 
+    # ------------------------------------------------------------ entries
+    def clear(self, rows: int) -> str:
+        with self._loop("n", str(rows), "0", row=("%matrix", ROW)):
+            self._store("%row", 0, _constant(0.0))
+        return self._function("clear", "ptr %matrix", inner=False)
+
+    def terms(
+        self, number: int, count: int, weights: Sequence[Sequence[float]], power: int, factor: int, rows: int
+    ) -> str:
+        """Take terms from blocks; factor, rows: see `Each`."""
+        given = [self._load("%each", factor)] * power
+        with self._loop("n", str(count), "0", term=(f"@{self.name}.terms{number}", 8)):
+            place = self._behind("%each", self._whole("%term"), ROW)
+            block = self._behind("%matrix", self._whole("%term", 1), ROW * self.side**2)
+            for i, row in enumerate(weights):
+                x = self._load(place, rows * i)
+                for y in given:
+                    x = self._times(x, y)
+                for j, weight in enumerate(row):
+                    if abs(weight) > NO_WEIGHT:
+                        entry = self._load(block, self.side * i + j)
+                        self._store(block, self.side * i + j, self._less(entry, x, _constant(weight)))
+        return self._function(f"terms{number}", "ptr %matrix, ptr %each")
+
+    def add(self, count: int) -> str:
+        self.lines += [f"call void @{self.name}_terms{n}(ptr %matrix, ptr %each)" for n in range(count)]
+        return self._function("add", "ptr %matrix, ptr %each", inner=False)
+
     # ------------------------------------------------------------ elimination
     def pivot(self) -> str:
         """The pivot's block becomes its factors, with 1 over what stands on its diagonal, and its row what is left."""
         block, copies = self._rows("%block", range(self.side)), range(self.side)
         for k in copies:
-            block[k, k] = self._new(f"fdiv {emit.VALUES.name} {_one()}, {block[k, k]}")
+            block[k, k] = self._new(f"fdiv {emit.VALUES.name} {_constant(1.0)}, {block[k, k]}")
             for i in copies[k + 1 :]:
                 block[i, k] = self._times(block[i, k], block[k, k])
                 block |= {(i, j): self._less(block[i, j], block[i, k], block[k, j]) for j in copies[k + 1 :]}
@@ -146,11 +166,6 @@ class _Text:
         block = self._behind("%matrix", found[2], size)
         columns = self._new(f"getelementptr i8, ptr {block}, i64 {size}")
         return found, block, columns, self._behind(columns, found[0], size)
-
-    def clear(self, rows: int) -> str:
-        with self._loop("n", str(rows), "0", row=("%matrix", ROW)):
-            self._store("%row", 0, "zeroinitializer" if emit.VALUES.lanes > 1 else "0.0")
-        return self._function("clear", "ptr %matrix", inner=False)
 
     def eliminate(self, size: int) -> str:
         with self._loop("p", str(size), "0"):
@@ -223,5 +238,6 @@ class _Text:
         return self._function("solve", "ptr %matrix", inner=False)
 
 
-def _one() -> str:
-    return emit.VALUES.constant("double", "1.0")
+def _constant(x: float) -> str:
+    """A number in every lane; its bits, since not every decimal is a double."""
+    return emit.VALUES.constant("double", f"0x{pack('>d', x).hex().upper()}")

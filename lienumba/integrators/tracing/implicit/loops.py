@@ -10,7 +10,6 @@ from functools import partial
 from typing import Any
 
 from lienumba.compiler.elimination import Each, EliminatingKernel
-from lienumba.compiler.symbols import Symbol
 from lienumba.integrators import layout
 from lienumba.integrators.tracing.implicit import stage_system
 from lienumba.integrators.tracing.implicit.stage_system import Blocks
@@ -26,9 +25,9 @@ def iteration(tracer: Tracer, equations: Equations, blocks: Blocks, name: str) -
     fresh = name == "newton"
     wanted = equations if fresh else equations.only(())
     linear, given = _stage(tracer, wanted)
-    computed = [(given + n, x) for n, x in enumerate(linear.numbers) if isinstance(x, Symbol)]
-    rows = given + len(linear.numbers)
-    each = Each(computed, len(tracer.tableau.layers), blocks.first + blocks.elimination.memory, rows)
+    start, step = blocks.first + blocks.elimination.memory, Stages.of(tracer)
+    terms = blocks.terms(tracer, wanted, step.A, given) if fresh else []
+    each = Each([*enumerate(linear.numbers, given)], len(step.A), start, given + len(linear.numbers), terms)
     parts = {"start": _start(tracer, each), "matrix": _matrix(tracer, blocks, linear, each, fresh)}
     return EliminatingKernel(name, blocks.elimination, blocks.first, parts | {"end": _end(tracer, blocks)}, fresh, each)
 
@@ -38,7 +37,7 @@ def _start(tracer: Tracer, each: Each) -> Stores:
     step = Stages.of(tracer)
     u, unknown = step.iterate("extra", layout.iterate_row(tracer.sizes))
     u, _ = step.swept(u, unknown, SWEEPS)
-    found: Stores = []
+    found: Stores = [(each.factor, step.h)]
     places = step.places(layout.following_row(tracer.sizes))
     for n, (own, w, c) in enumerate(zip(u, unknown, step.nodes, strict=True)):
         found += zip(places[n][0], flat(own), strict=True)
@@ -58,16 +57,19 @@ def _stage(tracer: Tracer, equations: Equations) -> tuple[Linear, int]:
 
 
 def _matrix(tracer: Tracer, blocks: Blocks, linear: Linear, each: Each, fresh: bool) -> Stores:
-    """From the numbers of every stage; exact ones are not read."""
-    step, stages = Stages.of(tracer), list[Linear]()
-    for n in range(each.count):
-        behind = each.first + each.rows * (n + 1) - len(linear.numbers)
-        rows = enumerate(linear.numbers, behind)
-        numbers = [step.graph.input("extra", row) if isinstance(x, Symbol) else x for row, x in rows]
-        stages.append(Linear(numbers, linear.equations))
+    """What the equations of all stages leave over, and what is on the diagonal beside the terms of these."""
+    step, stages, equations = Stages.of(tracer), list[Linear](), linear.equations
+    n, laws, _ = stage_system.unknowns(tracer)
+    for stage in range(each.count):
+        behind = each.first + each.rows * (stage + 1) - len(linear.numbers)
+        stages.append(Linear(step.graph.inputs("extra", len(equations.values), behind), equations))
     _, unknown = step.iterate("extra", layout.iterate_row(tracer.sizes))
     found: Stores = [*zip(blocks.vector, right_of(step, stages, unknown), strict=True)]
-    return found + blocks.entries(stage_system.matrix(tracer, stages, step.A, step.h, step.mask())) if fresh else found
+    if fresh:
+        off = [1.0 - mask for mask in step.mask()]
+        own = [0.0] * n + [1.0] * laws + [off[row] for row in tracer.used]
+        found += blocks.entries([{len(own) * i + v: x} for i in range(each.count) for v, x in enumerate(own)])
+    return found
 
 
 def _end(tracer: Tracer, blocks: Blocks) -> Stores:

@@ -9,18 +9,19 @@ A variable leaves with its copies of all stages, one behind the other, in the or
 is eliminated. Of Radau IIA, I + x A + y A^2 has positive pivots, the largest of their rows, for all x, y >= 0.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from lienumba.compiler.elimination import Elimination
+from lienumba.compiler.elimination import Elimination, Terms
+from lienumba.compiler.elimination_loops import NO_WEIGHT
 from lienumba.compiler.symbols import Symbol
 from lienumba.integrators.tracing.linear.equations import Equations, Linear
 from lienumba.integrators.tracing.tracer import Tracer
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero
 
-LOOPS = 4000  # products of an elimination from which on it is made of loops
+LOOPS = 1500  # products of an elimination from which on loops are faster than straight-line code, by a fifth or more
 
 Rows = list[dict[int, Any]]
 Matrix = Sequence[Sequence[float]]
@@ -53,16 +54,23 @@ class Blocks:
     @staticmethod
     def of(tracer: Tracer, equations: Equations, stages: int, first: int) -> "Blocks | None":
         """None of small systems."""
-        n, laws, _ = unknowns(tracer)
-        rows = {"along": 0, "laws": n, "rows": n + laws}
-        columns = {"q": 0, "v": 0, "a": 0, "laws": n, "mu": n + laws}
         place = {variable: number for number, variable in enumerate(order_of(tracer))}
-        entries = {
-            (place[rows[of] + i], place[columns[by] + j])
-            for of in rows for by in columns for i, j in zip(*equations.places[of, by][:2], strict=True)
-        }  # fmt: skip
+        entries = [(place[row], place[column]) for _, row, column, _ in placed(tracer, equations)]
         found = Elimination.of(entries, len(place), stages)
         return Blocks(found, place, first) if found.products > LOOPS else None
+
+    def terms(self, tracer: Tracer, equations: Equations, A: Matrix, first: int) -> list[Terms]:
+        """What the numbers of `Linear` add to the matrix, which lie from a row on."""
+        one = [[float(i == j) for j in range(len(A))] for i in range(len(A))]
+        found: dict[str, Terms] = {}
+        for by, weights, power in (("q", squared(A), 2), ("v", A, 1), ("a", one, 0)):
+            found[by] = Terms([], [], weights, power)
+        same = {"laws": "v", "mu": "a"}
+        for by, row, column, number in placed(tracer, equations):
+            terms = found[same.get(by, by)]
+            terms.numbers.append(first + number)
+            terms.places.append((self.place[row], self.place[column]))
+        return [*found.values()]
 
     def entries(self, rows: Rows) -> list[tuple[int, Any]]:
         """The rows of memory of a matrix, and its entries."""
@@ -82,6 +90,24 @@ class Blocks:
         return [first + stages * self.place[v] + i for i in range(stages) for v in range(len(self.place))]
 
 
+def placed(tracer: Tracer, equations: Equations) -> Iterator[tuple[str, int, int, int]]:
+    """Yield of every entry of the equations by what it is, its row and column in the matrix of a stage, and its place in
+    the numbers of a `Linear`."""
+    n, laws, _ = unknowns(tracer)
+    rows = {"along": 0, "laws": n, "rows": n + laws}
+    columns = {"q": 0, "v": 0, "a": 0, "laws": n, "mu": n + laws}
+    for of, row in rows.items():
+        for by, column in columns.items():
+            for i, j, number in zip(*equations.places[of, by], strict=True):
+                yield by, row + i, column + j, number
+
+
+def squared(A: Matrix) -> list[list[float]]:
+    """A A."""
+    s = range(len(A))
+    return [[sum(A[i][m] * A[m][j] for m in s) for j in s] for i in s]
+
+
 def order_of(tracer: Tracer) -> list[int]:
     n, laws, _ = unknowns(tracer)
     bodies = 6 * tracer.structure.bodies
@@ -95,7 +121,7 @@ def matrix(tracer: Tracer, stages: Sequence[Linear], A: Matrix, h: Number, mask:
     n, laws, count = unknowns(tracer)
     size, s = n + laws + count, range(len(stages))
     first = {"along": 0, "laws": n, "rows": n + laws}
-    A2 = [[sum(A[i][m] * A[m][j] for m in s) for j in s] for i in s]
+    A2 = squared(A)
     rows: Rows = [{} for _ in range(size * len(stages))]
 
     def add(i: int, row: int, j: int, column: int, x: Any) -> None:
@@ -108,7 +134,7 @@ def matrix(tracer: Tracer, stages: Sequence[Linear], A: Matrix, h: Number, mask:
                 for (row, c), x in stage.block(name, by).items():
                     scaled = (h * h if by == "q" else h) * x
                     for j in s:
-                        if abs(weights[i][j]) > 1e-15:
+                        if abs(weights[i][j]) > NO_WEIGHT:
                             add(i, start + row, j, column + c, -(weights[i][j] * scaled))
             for by, column in (("a", 0), ("mu", n + laws)):
                 for (row, c), x in stage.block(name, by).items():
