@@ -24,6 +24,7 @@ from lienumba.integrators.methods import METHODS
 from lienumba.integrators.methods.charts import GROUPS
 from lienumba.integrators.methods.comparators import COORDINATES
 from lienumba.integrators.tracing import law_keys, machine, program, step_kernels
+from lienumba.integrators.tracing.implicit import stage_system
 from lienumba.integrators.tracing.machine import Machine, ObjectCode
 from lienumba.integrators.tracing.program import Method, Outline
 from lienumba.integrators.tracing.row_selection import UNIQUE, RowSelection
@@ -80,7 +81,7 @@ def key_of(model: Model, method: Method, selection: RowSelection, fixed: bool) -
     template, _ = split(model)
     rows = selection.rows, selection.masks, selection.singular
     cuts = emit.LONG, emit.REPEATED, segments.SIZE, segments.SHORTEST, segments.LONGEST, segments.MEAN
-    limits = step_kernels.INLINE, cuts, emit.VALUES.lanes
+    limits = step_kernels.INLINE, stage_system.LOOPS, cuts, emit.VALUES.lanes
     codes = [*(joint.code for joint in template.joints), *(force.code for force in template.forces)]
     own = [code for code in codes if code is not None]
     try:

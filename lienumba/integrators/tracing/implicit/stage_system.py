@@ -91,8 +91,8 @@ class Blocks:
 
 
 def placed(tracer: Tracer, equations: Equations) -> Iterator[tuple[str, int, int, int]]:
-    """Yield of every entry of the equations by what it is, its row and column in the matrix of a stage, and its place in
-    the numbers of a `Linear`."""
+    """Yield of every entry of the equations by what it is, its row and column in the matrix of a stage, and its place
+    in the numbers of a `Linear`."""
     n, laws, _ = unknowns(tracer)
     rows = {"along": 0, "laws": n, "rows": n + laws}
     columns = {"q": 0, "v": 0, "a": 0, "laws": n, "mu": n + laws}
