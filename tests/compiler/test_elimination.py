@@ -79,9 +79,8 @@ def test_terms_are_taken_from_blocks() -> None:
     weights[1][0, 2] = 1e-17
     places = [[(0, 0), (1, 2)], [(1, 2), (3, 0)], [(2, 2)]]
     numbers = [[0, 3], [4, 1], [2]]
-    terms = [
-        Terms(n, p, w.tolist(), power) for power, (n, p, w) in enumerate(zip(numbers, places, weights, strict=True))
-    ]
+    every = [*zip(numbers, places, weights, strict=True)]
+    terms = [Terms(n, p, w.tolist(), power) for power, (n, p, w) in enumerate(every)]
     system = Elimination.of([place for own in places for place in own], size, side)
     memory, each = aligned(system.memory, W), aligned(side * rows + 1, W)
     memory[:], each[:] = generator.standard_normal(memory.shape), generator.standard_normal(each.shape)
