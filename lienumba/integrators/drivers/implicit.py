@@ -102,13 +102,14 @@ def solve_stages(kernels: np.ndarray, sizes: Sizes, at: Workspace, fresh: Mask) 
 
 @inlined
 def _eliminate(kernels: np.ndarray, sizes: Sizes, at: Workspace, own: Mask, others: bool) -> None:
-    """An iteration by a matrix that is kept from now on in the lanes `own`; others: whether other lanes have one."""
+    """An iteration by a matrix that is kept from now on in the lanes `own`, for later ones by the same; others: whether
+    other lanes have one."""
     kept = at.slopes + ROW * layout.factors_row(sizes)
     aside = kept + ROW * sizes.factors
-    if others:
+    if others and kernels[layout.SIMPLIFIED] != 0:
         copy(aside, kept, sizes.factors)
     call(kernels[layout.NEWTON], at.state, at.parameters, at.clock, at.slopes, at.slopes, at.work)
-    if others:
+    if others and kernels[layout.SIMPLIFIED] != 0:
         for row in range(sizes.factors):
             store(kept, row, choose(own, load(kept, row), load(aside, row)))
 

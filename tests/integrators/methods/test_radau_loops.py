@@ -20,7 +20,7 @@ def both(scenario: Any, overrides: dict[str, Any], monkeypatch: pytest.MonkeyPat
     return found
 
 
-@pytest.mark.parametrize("method", ["radau3", "radau5", "radau9"])
+@pytest.mark.parametrize("method", ["radau3", "radau5", "radau9", "generalized_alpha"])
 def test_a_top_with_steps_of_given_length(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     ways = {"integrator.method": method, "integrator.end_time": 0.05, "output.every": 0.01}
     straight, loops = both(SCENARIOS / "heavy_top.toml", ways, monkeypatch)

@@ -13,8 +13,11 @@ algorithmic ones, all in the coordinates of the chart. Where there is no last st
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from itertools import count
 from typing import Any
 
+from lienumba.compiler.composite import Composite
+from lienumba.compiler.elimination import EliminatingKernel
 from lienumba.compiler.emit import Kernel
 from lienumba.compiler.symbols import Graph
 from lienumba.integrators import layout
@@ -23,6 +26,7 @@ from lienumba.integrators.methods import munthe_kaas
 from lienumba.integrators.methods.charts import Coordinates
 from lienumba.integrators.methods.generalized_alpha import Weights, weights
 from lienumba.integrators.tracing.implicit import alpha_system, stage_system
+from lienumba.integrators.tracing.implicit.stage_system import Blocks
 from lienumba.integrators.tracing.linear.equations import Equations, More
 from lienumba.integrators.tracing.step_kernels import Reports, augmented_after
 from lienumba.integrators.tracing.tracer import Tracer, flat
@@ -39,7 +43,7 @@ def rows_of(tracer: Tracer) -> int:
     return sum(stage_system.unknowns(tracer)) + len(alpha_system.holding(tracer))
 
 
-def kernels(tracer: Tracer) -> dict[str, Kernel]:
+def kernels(tracer: Tracer) -> dict[str, Kernel | Composite]:
     """All of them; `tracer.sizes` has the rows of an iterate."""
     equations = Equations.of(tracer, More())
     return {"guess": _guess(tracer), "newton": _newton(tracer, equations), "step": _step(tracer, equations)}
@@ -140,7 +144,7 @@ class _Step:
             rates = [*velocities, *own]
             n = len(places)
             dq, dv = self.mixed(self.weights.dq, rates[:n]), self.mixed(self.weights.dv, rates)
-            moved = self.shifted([self.h * (v + self.h * x) for v, x in zip(velocity, dq, strict=True)], eta)
+            moved = _shifted(self.G, [self.h * (v + self.h * x) for v, x in zip(velocity, dq, strict=True)], eta)
             changed = [self.h * x for x in dv]
             u = tracer.gathered(moved, changed[:n], changed[n:])
         at = [chart.moved(x, z) for x, z in zip(self.state, u, strict=True)]
@@ -148,13 +152,6 @@ class _Step:
         slopes = [chart.slope(*each) for each in zip(self.state, u, at, F, strict=True)]
         _, velocities, own = tracer.apart(slopes)
         return u, at, slopes, [*velocities, *own]
-
-    def shifted(self, places: list[Any], eta: Sequence[Any]) -> list[Any]:
-        """These places, moved by eta."""
-        for own, x in zip(self.G.values(), eta, strict=True):
-            for row, c in own.items():
-                places[row] = places[row] + c * x
-        return places
 
     @property
     def mask(self) -> list[Number]:
@@ -178,7 +175,8 @@ def _guess(tracer: Tracer) -> Kernel:
     return tracer.kernel("guess", rows, range(following, following + len(rows)))
 
 
-def _newton(tracer: Tracer, equations: Equations) -> Kernel:
+def _newton(tracer: Tracer, equations: Equations) -> Kernel | EliminatingKernel:
+    """An iteration. Of a large system the part that writes the matrix hands G to the one that reads the solution."""
     step = _Step.of(tracer, equations)
     a, _, mu, _ = step.unknown
     _, at, _, _ = step.ends
@@ -186,16 +184,48 @@ def _newton(tracer: Tracer, equations: Equations) -> Kernel:
         [*flat(at), *step.augmented], step.end, a, mu, lambda row: step.graph.input("parameters", row),
         within=step.clock(layout.MIDDLE),
     )  # fmt: skip
+    weights, first = (step.weights.dq[2], step.weights.dv[2]), layout.following_row(tracer.sizes)
+    system = alpha_system.system(tracer, linear, step.G, weights, step.h, step.mask, step.unknown)
+    blocks = Blocks.of_rows(system.rows, system.order, layout.factors_row(tracer.sizes))
+    if blocks is None:
+        rows = _improved(step, stage_system.Factors.of(system.rows, system.order).solved(system.right), step.G)
+        return tracer.kernel("newton", rows, range(first, first + len(rows)))
+    matrix, end = (
+        [*zip(blocks.vector, system.right, strict=True), *blocks.entries(system.rows)],
+        _Step.of(tracer, equations),
+    )
+    behind, G = count(blocks.first + blocks.elimination.memory), alpha_system.Columns()
+    for e, own in step.G.items():
+        places = dict(zip(own, behind, strict=False))
+        matrix += [(row, own[q]) for q, row in places.items()]
+        G[e] = {q: end.graph.input("extra", row) for q, row in places.items()}
+    found = _improved(end, [end.graph.input("extra", row) for row in blocks.vector], G)
+    memory = next(behind) - blocks.first
+    tracer.sizes = tracer.sizes._replace(factors=memory)
+    return EliminatingKernel(
+        "newton", blocks.elimination, blocks.first, {"matrix": matrix, "end": [*enumerate(found, first)]}
+    )
+
+
+def _improved(step: _Step, solution: Sequence[Any], G: alpha_system.Columns) -> list[Any]:
+    """The iterate after these changes, the size of these, and whether it is numbers."""
+    tracer, change = step.tracer, alpha_system.apart(step.tracer, solution)
     places, velocities = step.weights.dq[2], step.weights.dv[2]
-    change = alpha_system.solved(tracer, linear, step.G, (places, velocities), step.h, step.mask, step.unknown)
-    n = len(a)
+    n = len(change[0])
     moved = [step.h * velocities * x for own in change[:2] for x in own]
-    shifted = step.shifted([step.h * step.h * places * x for x in change[0]], change[3])
+    shifted = _shifted(G, [step.h * step.h * places * x for x in change[0]], change[3])
     estimates = [[z] for z in tracer.gathered(shifted, moved[:n], moved[n:])]
     size = tracer.error_square(step.graph, step.model, estimates, step.state, step.state)
     new = [x + dx for own, more in zip(step.unknown, change, strict=True) for x, dx in zip(own, more, strict=True)]
-    rows, first = [*new, size, where(finite(new), 1.0, 0.0)], layout.following_row(tracer.sizes)
-    return tracer.kernel("newton", rows, range(first, first + len(rows)))
+    return [*new, size, where(finite(new), 1.0, 0.0)]
+
+
+def _shifted(G: alpha_system.Columns, places: list[Any], eta: Sequence[Any]) -> list[Any]:
+    """These places, moved by eta."""
+    for own, x in zip(G.values(), eta, strict=True):
+        for row, c in own.items():
+            places[row] = places[row] + c * x
+    return places
 
 
 def _step(tracer: Tracer, equations: Equations) -> Kernel:

@@ -11,6 +11,7 @@ eta leaves with the multiplier of its row; behind it stands C G / h^2 p, which i
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -39,11 +40,20 @@ def columns(start: Linear, held: Sequence[int]) -> Columns:
     return found
 
 
-def solved(
+@dataclass(frozen=True)
+class System:
+    """rows of the matrix, what it is solved for, and the order in which variables leave."""
+
+    rows: stage_system.Rows
+    right: list[Any]
+    order: list[int]
+
+
+def system(
     tracer: Tracer, linear: Linear, G: Columns, weights: tuple[Any, Any], h: Any, mask: Sequence[Number],
     unknown: Sequence[Sequence[Any]],
-) -> list[list[Any]]:  # fmt: skip
-    """By how much the unknowns change; weights: p and g."""
+) -> System:  # fmt: skip
+    """The system whose solution the unknowns change by; weights: p and g."""
     n, laws, count = stage_system.unknowns(tracer)
     place, rate = h * h * weights[0], h * weights[1]
     starts = {"along": 0, "laws": n, "rates": n + laws, "positions": n + laws + count}
@@ -89,6 +99,10 @@ def solved(
     order: list[int] = []
     for variable in stage_system.order_of(tracer):
         order += [variable, *([number[variable - n - laws]] if variable - n - laws in number else [])]
-    flat = stage_system.Factors.of(rows, order).solved(right)
-    parts = (0, n, n + laws, n + laws + count, size)
-    return [flat[a:b] for a, b in pairwise(parts)]
+    return System(rows, right, order)
+
+
+def apart(tracer: Tracer, solution: Sequence[Any]) -> list[list[Any]]:
+    """The changes of accelerations, of the rates of laws' states, of multipliers and of eta."""
+    n, laws, count = stage_system.unknowns(tracer)
+    return [[*solution[a:b]] for a, b in pairwise((0, n, n + laws, n + laws + count, len(solution)))]

@@ -9,7 +9,7 @@ A variable leaves with its copies of all stages, one behind the other, in the or
 is eliminated. Of Radau IIA, I + x A + y A^2 has positive pivots, the largest of their rows, for all x, y >= 0.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,9 +54,19 @@ class Blocks:
     @staticmethod
     def of(tracer: Tracer, equations: Equations, stages: int, first: int) -> "Blocks | None":
         """None of small systems."""
-        place = {variable: number for number, variable in enumerate(order_of(tracer))}
-        entries = [(place[row], place[column]) for _, row, column, _ in placed(tracer, equations)]
-        found = Elimination.of(entries, len(place), stages)
+        entries = ((row, column) for _, row, column, _ in placed(tracer, equations))
+        return Blocks._of(entries, order_of(tracer), stages, first)
+
+    @staticmethod
+    def of_rows(rows: Rows, order: Sequence[int], first: int) -> "Blocks | None":
+        """Of a matrix with one copy of each variable."""
+        entries = ((n, column) for n, row in enumerate(rows) for column, x in row.items() if not is_zero(x))
+        return Blocks._of(entries, order, 1, first)
+
+    @staticmethod
+    def _of(entries: Iterable[tuple[int, int]], order: Sequence[int], stages: int, first: int) -> "Blocks | None":
+        place = {variable: number for number, variable in enumerate(order)}
+        found = Elimination.of(((place[row], place[column]) for row, column in entries), len(place), stages)
         return Blocks(found, place, first) if found.products > LOOPS else None
 
     def terms(self, tracer: Tracer, equations: Equations, A: Matrix, first: int) -> list[Terms]:
