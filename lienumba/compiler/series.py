@@ -3,9 +3,9 @@
 Of x' = D(x) every operation has a recurrence (Moore 1966; Jorba and Zou, Experimental Mathematics 14 (2005)): its
 coefficient k follows from those of its operands up to k, by products with coefficients 0 and by sums x_1 y_(k-1) + ...
 of what is known since the last order. So an order is two functions: the sums of products of all operations
-(`lienumba.compiler.convolutions`), and straight-line code, in which k is a number like others: the size of the code
-does not depend on the order. What depends on coefficients 0 alone, such as the pivots of an elimination, is computed
-once, before the orders.
+(`lienumba.compiler.loops.convolutions`), and straight-line code, in which k is a number like others: the size of the
+code does not depend on the order. What depends on coefficients 0 alone, such as the pivots of an elimination, is
+computed once, before the orders.
 
 A comparison is decided by coefficients 0, so that `where` keeps its branch throughout a step.
 """

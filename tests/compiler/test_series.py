@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.special import factorial
 
 from lienumba.compiler import native
-from lienumba.compiler.convolutions import SeriesKernel
+from lienumba.compiler.loops.convolutions import SeriesKernel
 from lienumba.compiler.rows import W
 from lienumba.compiler.series import orders
 from lienumba.compiler.symbols import Graph

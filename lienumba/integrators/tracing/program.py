@@ -34,8 +34,8 @@ own, so that what is observed can never change how a step is computed.
 from dataclasses import dataclass, fields
 from fractions import Fraction
 
-from lienumba.compiler.composite import Composite
 from lienumba.compiler.emit import Kernel
+from lienumba.compiler.loops.composite import Composite
 from lienumba.compiler.symbols import uncollected
 from lienumba.integrators import layout
 from lienumba.integrators.methods.charts import JOINT

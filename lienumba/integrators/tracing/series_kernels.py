@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-from lienumba.compiler.convolutions import SeriesKernel
 from lienumba.compiler.emit import Kernel
+from lienumba.compiler.loops.convolutions import SeriesKernel
 from lienumba.compiler.series import Orders, branches, orders
 from lienumba.compiler.symbols import Graph, Symbol, live
 from lienumba.groups import so3

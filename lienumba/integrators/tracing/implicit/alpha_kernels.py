@@ -16,9 +16,9 @@ from functools import cached_property, partial
 from itertools import count
 from typing import Any
 
-from lienumba.compiler.composite import Composite
-from lienumba.compiler.elimination import EliminatingKernel
 from lienumba.compiler.emit import Kernel
+from lienumba.compiler.loops.composite import Composite
+from lienumba.compiler.loops.elimination import EliminatingKernel
 from lienumba.compiler.symbols import Graph
 from lienumba.integrators import layout
 from lienumba.integrators.codes import finite, verdict

@@ -13,9 +13,9 @@ the kinematics u = h A k, which are not stiff, are iterated beside it.
 from collections.abc import Sequence
 from typing import Any
 
-from lienumba.compiler.composite import Composite
-from lienumba.compiler.elimination import EliminatingKernel
 from lienumba.compiler.emit import Kernel
+from lienumba.compiler.loops.composite import Composite
+from lienumba.compiler.loops.elimination import EliminatingKernel
 from lienumba.integrators import layout
 from lienumba.integrators.codes import verdict
 from lienumba.integrators.methods import munthe_kaas, step_control

@@ -9,7 +9,7 @@ end        the improved unknowns
 from functools import partial
 from typing import Any
 
-from lienumba.compiler.elimination import Each, EliminatingKernel
+from lienumba.compiler.loops.elimination import Each, EliminatingKernel
 from lienumba.integrators import layout
 from lienumba.integrators.tracing.implicit import stage_system
 from lienumba.integrators.tracing.implicit.stage_system import Blocks

@@ -13,8 +13,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from lienumba.compiler.elimination import Elimination, Terms
-from lienumba.compiler.elimination_loops import NO_WEIGHT
+from lienumba.compiler.loops.elimination import Elimination, Terms
+from lienumba.compiler.loops.elimination_text import NO_WEIGHT
 from lienumba.compiler.symbols import Symbol
 from lienumba.integrators.tracing.linear.equations import Equations, Linear
 from lienumba.integrators.tracing.tracer import Tracer

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from lienumba.compiler.composite import Composite
-from lienumba.compiler.elimination_loops import Text, table
+from lienumba.compiler.loops.composite import Composite
+from lienumba.compiler.loops.elimination_text import Text, table
 from lienumba.compiler.rows import ARGUMENTS, ROW
 
 Stores = Sequence[tuple[int, Any]]

@@ -1,4 +1,4 @@
-"""The LLVM text of the loops of `lienumba.compiler.elimination`: functions of a pointer to the matrix, on tables."""
+"""The LLVM text of `lienumba.compiler.loops.elimination`: functions of a pointer to the matrix, on tables."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager

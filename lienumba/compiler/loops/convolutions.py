@@ -8,7 +8,7 @@ from struct import pack, unpack
 from typing import Any
 
 from lienumba.compiler import emit
-from lienumba.compiler.composite import Composite
+from lienumba.compiler.loops.composite import Composite
 from lienumba.compiler.rows import ARGUMENTS, ROW
 from lienumba.compiler.series import Orders, Sum
 from lienumba.compiler.value_types import VECTOR

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lienumba.compiler import emit, native
-from lienumba.compiler.elimination import Each, Elimination, Terms
+from lienumba.compiler.loops.elimination import Each, Elimination, Terms
 from lienumba.compiler.rows import W
 from lienumba.integrators.tracing.machine import aligned
 

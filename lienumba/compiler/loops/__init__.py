@@ -1,0 +1,1 @@
+"""Kernels of straight-line parts and of loops that call them."""
