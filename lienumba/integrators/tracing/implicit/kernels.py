@@ -41,11 +41,13 @@ def rows_of(tracer: Tracer) -> int:
     return len(tracer.tableau.layers) * own
 
 
-def kernels(tracer: Tracer) -> dict[str, Kernel | Composite]:
-    """All of them; `tracer.sizes` has the rows of an iterate, and gets those of an eliminated matrix."""
+def kernels(tracer: Tracer, loops_allowed: bool = True) -> dict[str, Kernel | Composite]:
+    """All of them; `tracer.sizes` has the rows of an iterate, and gets those of an eliminated matrix. loops_allowed:
+    whether large systems are eliminated by loops, which are no graph."""
     equations, found = Equations.of(tracer), dict[str, Kernel | Composite](guess=_guess(tracer))
     stages, place = len(tracer.tableau.layers), layout.factors_row(tracer.sizes)
-    if blocks := Blocks.of(tracer, equations, stages, place):
+    blocks = Blocks.of(tracer, equations, stages, place) if loops_allowed else None
+    if blocks:
         newton = found["newton"] = loops.iteration(tracer, equations, blocks, "newton")
         found["simplified"] = loops.iteration(tracer, equations, blocks, "simplified")
         memory = newton.memory

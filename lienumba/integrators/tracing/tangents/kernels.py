@@ -152,7 +152,7 @@ def _implicit(tracer: Tracer) -> dict[str, Kernel]:
     """A step by collocation: Newton's method, its iterations by a known matrix, by which tangents are found, and the
     end."""
     tracer.sizes = tracer.sizes._replace(iterate=collocation.rows_of(tracer))
-    kernels = collocation.kernels(tracer)
+    kernels = {name: x for name, x in collocation.kernels(tracer, False).items() if isinstance(x, Kernel)}
     tracer.sizes = tracer.sizes._replace(series=layout.implicit_rows(tracer.sizes))
     return {name: kernels[name] for name in ("newton", "simplified", "step")}
 
