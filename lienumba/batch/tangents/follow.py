@@ -26,6 +26,7 @@ AT_END = 1e-10  # of the time of a change: what is seen so near to it is seen at
 MARGIN = 1e-6  # of a step: so far before a bend of forces it ends, and behind it goes on,
 ROUNDED = 4.0  # and at least so many roundings of the time
 REFINEMENTS = 8  # of the place of a bend
+REST = 1e-4  # of a step that ends with a change: its last part, in which a body may come to rest
 
 
 class Look(NamedTuple):
@@ -309,8 +310,14 @@ class Follower:
         return look.t < end or (look.t == end and look.kind == EVENT and not changes_there)
 
     def _reach(self, times: np.ndarray, causes: Sequence[int]) -> None:
-        """A step to where conditions come true; the time of the first one is the end of the step."""
-        end, there = times[1, 0], self.point.copy()
+        """A step to where conditions come true; the time of the first one is the end of the step. Its last part is made
+        apart: where a body comes to rest, the direction of its friction is unknown to the last stages."""
+        begin, end = times[:2, 0]
+        before = end - REST * (end - begin)
+        if begin < before < end:
+            self.marcher.march(self.point, np.array([[begin], [before], [before - begin]]))
+            times = np.array([[before], [end], [end - before]])
+        there = self.point.copy()
         self.marcher.march(there, times)
         along = self._along(times, there)
         known = {n: changes.cause(self.marcher, there, along, n) for n in causes}
