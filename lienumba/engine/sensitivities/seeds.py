@@ -31,7 +31,8 @@ ROUNDING = 1e-13  # of a number: what changes by less does not change
 class Starts:
     """Runs with the tangents of their starts.
 
-    batch: of these runs alone; starts: of each; good (runs,): whether there is one.
+    batch: of these runs alone; starts: of each; good (runs,): whether there is one; kept: what the addresses among the
+    parameters of the starts lead to.
     """
 
     prepared: Prepared
@@ -40,6 +41,7 @@ class Starts:
     batch: Batch
     starts: list[Start]
     good: np.ndarray
+    kept: Mapping[int, np.ndarray]
 
     @property
     def active(self) -> frozenset[int]:
@@ -92,7 +94,7 @@ def starts_of(
         )
     codes = prepared.codes.reshape(runs, copies)
     base = batch.part(np.arange(0, batch.runs, copies))
-    return Starts(prepared, method, selection, base, starts, (codes == SUCCESS).all(axis=1))
+    return Starts(prepared, method, selection, base, starts, (codes == SUCCESS).all(axis=1), own_numbers)
 
 
 def _has_many(parameter: object) -> bool:
