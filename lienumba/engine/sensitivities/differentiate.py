@@ -70,7 +70,7 @@ def _of_run(batch: Batch, model: Model, start: Start, marcher: Marcher, inputs: 
     trodden, looks, signals = _trodden(batch, model, start, marcher.machine.jumps)
     if marcher.machine.instead:
         trodden = in_parts(trodden, marcher, marcher.begin(start, slice(0, 0)))
-    packs, events = [], len(model.events)
+    found, events = [], len(model.events)
     outputs = batch.outputs if batch.h is None else np.rint(batch.outputs / batch.h) * batch.h  # as drivers have them
     for first in range(0, max(inputs, 1), W):
         pack = slice(first, first + W)
@@ -82,15 +82,16 @@ def _of_run(batch: Batch, model: Model, start: Start, marcher: Marcher, inputs: 
         moving = np.zeros((len(start.jumps), W))
         moving[:, : start.jump_tangents[:, pack].shape[1]] = start.jump_tangents[:, pack]
         run = trodden._replace(jump_tangents=moving)
-        packs.append(Follower(marcher, marcher.begin(start, pack), outputs, list(looks), run, own, signals))
-    found = [follower.follow() for follower in packs]
+        follower = Follower(marcher, marcher.begin(start, pack), outputs, list(looks), run, own, signals)
+        found.append(follower.follow())
 
     def joined(parts: list[np.ndarray]) -> np.ndarray:
         return np.concatenate(parts, axis=-1)[..., :inputs]
 
     whole = (joined([getattr(x, name) for x in found]) for name in ("records", "times", "signals"))
     records, times, values = whole
-    return Found(records, times, values, found[0].rates, found[0].flags)
+    flags = int(np.bitwise_or.reduce([x.flags for x in found]))
+    return Found(records, times, values, found[0].rates, flags)
 
 
 def _trodden(batch: Batch, model: Model, start: Start, jumps: Jumps) -> tuple[Trodden, list[Look], list[int]]:
