@@ -23,6 +23,9 @@ def check_sensitivities(
     if asked.by is None and not (isinstance(sweep, dict) and sweep.get("vary")):
         remedy = 'give paths in sensitivities.by, such as "bodies.top.mass", or vary something'
         report.add(f"{PLACE}.by", "there is nothing to differentiate by, because the sweep varies nothing", remedy)
+    for n, name in enumerate(asked.of):
+        if name in asked.of[:n]:
+            report.add(f"{PLACE}.of[{n}]", "is there twice", "remove one", name)
     seen: set[str] = set()
     for n, path in enumerate(asked.by or ()):
         place = f"{PLACE}.by[{n}]"
