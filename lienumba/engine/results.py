@@ -454,10 +454,10 @@ class Twice(Results):
 
     def piece(self, chunk: Chunk, program: Outline, labels: np.ndarray) -> Piece:
         whole = super().piece(chunk, program, labels)
-        found = chunk.tangents
-        if found is not None:
-            found = replace(found, records=found.records[:, [*self.places, -1]])
-        chunk = replace(chunk, records=chunk.records[:, self.places], variables={}, tangents=found)
+        tangents = chunk.tangents
+        if tangents is not None:  # the last ones are of the end
+            tangents = replace(tangents, records=tangents.records[:, [*self.places, -1]])
+        chunk = replace(chunk, records=chunk.records[:, self.places], variables={}, tangents=tangents)
         fewer = self.original.piece(chunk, program, labels)
         return replace(whole, tables=whole.tables | {KEPT + name: table for name, table in fewer.tables.items()})
 

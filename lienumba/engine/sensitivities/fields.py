@@ -103,8 +103,8 @@ class Derivatives:
         """A variable, or one number of it."""
         names = [x for x in self.names.every.values() if asked in (x.variable, x.name)]
         part = None if asked in self.specs else names[0].place if names else None
-        if not names:
-            raise ScenarioError.at(PLACE, f'has "{asked}", which the dataset does not have', self._remedy(), asked)
+        if not names or names[0].variable not in self.specs:
+            raise ScenarioError.at(PLACE, f'has "{asked}", which the dataset does not have of every run', self._remedy(), asked)
         variable, kind = names[0].variable, names[0].kind
         spec, shape = self.specs[variable]
         values = self._values(variable, kind)
@@ -119,6 +119,7 @@ class Derivatives:
 
     def _remedy(self) -> str:
         own = [x.variable for x in self.names.every.values() if x.kind in (COURSE, MEASURE, END)]
+        own = [name for name in own if name in self.specs]
         own += [EVENT_TIME] * bool(self.nominal.model.events)
         return f"give some of {listed(dict.fromkeys(x for x in own if x not in NEVER))}, or one number of these"
 
