@@ -104,7 +104,9 @@ class Derivatives:
         names = [x for x in self.names.every.values() if asked in (x.variable, x.name)]
         part = None if asked in self.specs else names[0].place if names else None
         if not names or names[0].variable not in self.specs:
-            raise ScenarioError.at(PLACE, f'has "{asked}", which the dataset does not have of every run', self._remedy(), asked)
+            raise ScenarioError.at(
+                PLACE, f'has "{asked}", which the dataset does not have of every run', self._remedy(), asked
+            )
         variable, kind = names[0].variable, names[0].kind
         spec, shape = self.specs[variable]
         values = self._values(variable, kind)

@@ -168,7 +168,10 @@ def two_wheels() -> dict[str, Any]:
     joints = [hinge | start for hinge, start in zip(hinges, starts, strict=True)]
     model = {"gravity": [0, 0, 0], "bodies": [parts.body("drum", 1, 0.4), parts.body("disc", 1, 0.1)], "joints": joints}
     return scenarios.scenario("Two wheels", model, 2.0, coordinates="joint") | {
-        "quantities": [{"name": "drum", "type": "joint", "joint": "outer"}, {"name": "disc", "type": "joint", "joint": "inner"}]
+        "quantities": [
+            {"name": "drum", "type": "joint", "joint": "outer"},
+            {"name": "disc", "type": "joint", "joint": "inner"},
+        ]
     }
 
 
@@ -206,7 +209,11 @@ def test_where_a_weight_falls_by_the_time_of_its_release(lasts: str) -> None:
 def test_what_an_event_sets() -> None:
     """A thrust that ends where a mark is passed; and again by a formula of what the state is there."""
     force = {"name": "thrust", "type": "force", "body": "b", "value": ["push", 0, 0]}
-    model = {"gravity": [0, 0, 0], "bodies": [parts.body("b")], "joints": [parts.slide("s", "b", displacement=0, speed=0)]}
+    model = {
+        "gravity": [0, 0, 0],
+        "bodies": [parts.body("b")],
+        "joints": [parts.slide("s", "b", displacement=0, speed=0)],
+    }
     data = scenarios.scenario("A thrust", model | {"forces": [force]}, 2.0)
     data |= {"parameters": {"push": 4.0, "mark": 2.0, "left": -1.0}, "quantities": parts.observed("joint", "s")}
     stop = {"name": "passes", "when": "s.displacement > mark", "action": "set", "parameters": {"push": "left*s.speed"}}
@@ -233,16 +240,24 @@ def test_a_stop_whose_damping_acts_at_once(tolerance: float) -> None:
         w, since = sqrt(mpf(20) - mpf(9) / 4), 1 - 1 / v
         return v * mp.exp(-since * 3 / 2) * sin(w * since) / w
 
-    ds = derivatives(scenarios.scenario("A stop", model, 1.0, tolerance, coordinates="joint"), ["position"], {"joints.s.speed": 1.7})
+    ds = derivatives(
+        scenarios.scenario("A stop", model, 1.0, tolerance, coordinates="joint"), ["position"], {"joints.s.speed": 1.7}
+    )
     assert float(ds.d_position[-1, 0, 0, 0]) == pytest.approx(of_formula(place, 1.7)[0], rel=10 * tolerance + EXACT)
 
 
 def test_a_table_that_comes_later() -> None:
     """A thrust of a table begins and ends at times that an input moves."""
     force = {"name": "thrust", "type": "force", "body": "b", "value": ["pulse(t - late)", 0, 0]}
-    model = {"gravity": [0, 0, 0], "bodies": [parts.body("b")], "joints": [parts.slide("s", "b", displacement=0, speed=0)]}
+    model = {
+        "gravity": [0, 0, 0],
+        "bodies": [parts.body("b")],
+        "joints": [parts.slide("s", "b", displacement=0, speed=0)],
+    }
     data = scenarios.scenario("A pulse", model | {"forces": [force]}, 2.0) | {"parameters": {"late": 0.2}}
-    data["tables"] = {"pulse": {"times": [0, 0.5, 1.0], "values": [0, 3, 0], "interpolation": "hold", "outside": "hold"}}
+    data["tables"] = {
+        "pulse": {"times": [0, 0.5, 1.0], "values": [0, 3, 0], "interpolation": "hold", "outside": "hold"}
+    }
     ds = derivatives(data, ["position", "velocity"], {"parameters.late": 0.2})
     assert float(ds.d_position[-1, 0, 0, 0]) == pytest.approx(-1.5, rel=EXACT)
     assert abs(float(ds.d_velocity[-1, 0, 0, 0])) < EXACT
