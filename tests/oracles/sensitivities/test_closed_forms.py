@@ -57,7 +57,7 @@ def test_the_time_of_an_impact_by_the_drop() -> None:
     data["quantities"] = parts.observed("contact", "floor")
     ds = derivatives(data, ["event_time"], {"bodies.ball.position[2]": 1.0, "gravity[2]": -G})
     for n, fall in enumerate((1.0, 0.5)):
-        expected = of_formula(lambda h, g: sqrt(2 * (h - 1 + fall) / -g), 1.0, -G)
+        expected = of_formula(lambda h, g, fall=fall: sqrt(2 * (h - 1 + fall) / -g), 1.0, -G)
         np.testing.assert_allclose(ds.d_event_time[n], expected, rtol=EXACT)
         np.testing.assert_allclose(ds.event_rate[n], math.sqrt(2 * G * fall), rtol=EXACT)
 

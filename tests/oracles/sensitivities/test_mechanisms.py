@@ -1,4 +1,4 @@
-"""Random mechanisms: derivatives against differences of an engine that shares nothing with lienumba, and of lienumba."""
+"""Derivatives of random mechanisms against differences of lienumba, and of an engine that shares nothing with it."""
 
 import copy
 from typing import Any
