@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from lienumba.compiler.foreign.batched import batched as batched
     from lienumba.compiler.foreign.jitted import jit as jit
     from lienumba.compiler.foreign.libraries import foreign as foreign
+    from lienumba.engine.calibration.fit import Fit as Fit
     from lienumba.engine.disk.merge import merge as merge
     from lienumba.engine.kernels.kernels import Kernels as Kernels
     from lienumba.engine.linear.equilibrium import equilibrium as equilibrium
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 __all__ = [
+    "Fit",
     "Kernels",
     "Prepared",
     "ScenarioError",
@@ -47,6 +49,7 @@ __all__ = [
 ]
 
 _MODULES = {  # of what is heavy, which is imported when it is first asked for
+    "Fit": "lienumba.engine.calibration.fit",
     "Kernels": "lienumba.engine.kernels.kernels",
     "Prepared": "lienumba.engine.prepared",
     "System": "lienumba.scenario.system",

@@ -15,11 +15,14 @@ from lienumba.scenario.base.arguments import check_count, labels_of
 from lienumba.scenario.reading.loading import MODEL_KEYS
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.start.prepare import check_initial, design
+from lienumba.store.names import named
+from lienumba.sweep.design import NOMINAL_RUN
 from lienumba.words import listed, plural
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from lienumba.engine.calibration.fit import Fit
     from lienumba.engine.kernels.kernels import Kernels
     from lienumba.engine.simulate import Progress
     from lienumba.scenario.start.prepare import Nominal
@@ -47,6 +50,7 @@ class Prepared:
         self._resolved, self._written = resolved, resolved.to_dict()
         self._nominal = check_initial(resolved)
         self._results = Results(resolved, self._nominal)
+        self._with_derivatives: dict[tuple[Any, ...], Prepared] = {}
 
     @property
     def scenario(self) -> str:
@@ -97,6 +101,102 @@ class Prepared:
         results = self._results.with_numbers(resolved, nominal)
         return in_memory(results, wanted, Threads(results, workers or usable_cores()), _untold)
 
+    def value_and_gradient(
+        self, parameters: Mapping[str, float], of: str, *, run: int = NOMINAL_RUN, workers: int | None = None
+    ) -> "tuple[float | np.ndarray, np.ndarray]":
+        """Simulate one run with other numbers, and return an output with its derivatives by these numbers.
+
+        It suits `scipy.optimize.minimize(..., jac=True)`. The derivatives are those of the computed numbers, not
+        differences. The first call for an output compiles another program; later ones take milliseconds beside the
+        steps.
+
+        Parameters
+        ----------
+        parameters : mapping
+            Numbers of the model by path, such as `{"parameters.kp": 40.0, "bodies.top.mass": 14.0}`.
+        of : str
+            What is differentiated: a name of the dataset, such as "miss", "event_time.landed", "last_position.top.z".
+        run : int
+            The label of the run; by default the nominal one, whose inputs do not scatter.
+        workers : int, optional
+            Threads; by default one for each core.
+
+        Returns
+        -------
+        float or numpy.ndarray
+            The output: a number, or an array where `of` names several. NaN if the run failed.
+        numpy.ndarray
+            Its derivatives; the last dimension is that of the paths, in their order. NaN where one does not exist, such
+            as at an event that only grazes its condition.
+
+        Raises
+        ------
+        ScenarioError
+            If there is no such path or output, or it cannot be differentiated: a sentence for each.
+        """
+        other = self._differentiated((of,), parameters)
+        ds = other.run(parameters, runs=[run], workers=workers)
+        value = named(ds, of).isel(run=0).values.astype(float)
+        return value if value.ndim else float(value), ds[f"d_{of}"].isel(run=0).values
+
+    def fit(
+        self,
+        measured: Any,
+        parameters: Mapping[str, float],
+        *,
+        sigma: Any = None,
+        bounds: Mapping[str, tuple[float, float]] | None = None,
+        samples: Any = None,
+        workers: int | None = None,
+        max_calls: int = 100,
+    ) -> "Fit":
+        """Find the numbers of the model with which it moves as was measured, by nonlinear least squares.
+
+        Jacobians are exact derivatives of the runs, also through joints and events, and need no step to choose.
+
+        Parameters
+        ----------
+        measured : xarray.Dataset, xarray.DataArray or sequence of these
+            Variables with names of the dataset, such as "swing.angle" or "event_time.landed"; those of courses have the
+            coordinate `time` in s, which may be other times than the scenario stores. NaN: not measured. Several: the
+            runs 0, 1, ... of `samples`, or of the sweep; one: the nominal run.
+        parameters : mapping
+            The numbers that are sought, by path, with the values from which the search starts.
+        sigma : float, mapping or xarray.Dataset, optional
+            Standard deviations of the errors of measurement: a number, or numbers by the names of the variables.
+            Without them the scatter about the fit tells it, which must be that of one variable.
+        bounds : mapping, optional
+            Of some parameters the lowest and the highest value.
+        samples : DataFrame, structured array or mapping, optional
+            Columns of numbers by path, a row for each of several recordings, as in `run`: what differed between them.
+        workers : int, optional
+            Threads; by default one for each core.
+        max_calls : int
+            How many simulations of all recordings may be tried.
+
+        Returns
+        -------
+        lienumba.Fit
+            Values with standard errors, correlations, and which of them the data cannot tell apart.
+
+        Raises
+        ------
+        ScenarioError
+            If data and dataset do not fit, or something has no derivative: a sentence for each.
+        """
+        from lienumba.engine.calibration.fit import Search, fit
+        from lienumba.engine.calibration.measured import recordings_of
+
+        recordings = recordings_of(measured, sigma)
+        recordings.check(self._results.names, self._resolved.data.integrator.end_time)
+        other = self._differentiated(recordings.names, parameters, recordings.times)
+
+        def run(numbers: Mapping[str, float]) -> "xr.Dataset":
+            return other.run(numbers, samples=samples, runs=recordings.labels, workers=workers)
+
+        units = {path: other._resolved.units(path) for path in parameters}
+        return fit(Search(run, recordings, dict(parameters), units), dict(bounds or {}), max_calls)
+
     def kernels(self, observe: str | Sequence[str] = ()) -> "Kernels":
         """Compile the mechanism into functions that code under Numba's `@njit` calls.
 
@@ -124,6 +224,22 @@ class Prepared:
 
         names = (observe,) if isinstance(observe, str) else tuple(observe)
         return Kernels(self._resolved, self._nominal, self._chosen, names)
+
+    def _differentiated(
+        self, of: tuple[str, ...], by: Mapping[str, float], times: tuple[float, ...] = ()
+    ) -> "Prepared":
+        """The same scenario with derivatives of some outputs by these numbers, which stores other times, if any; made
+        once."""
+        key = of, tuple(by), times
+        if key not in self._with_derivatives:
+            _check_numbers(by)
+            self._with(dict(by), None)
+            written = {**self._written, "sensitivities": {"of": [*of], "by": [*by]}}
+            if times:
+                own = {name: x for name, x in self._written["output"].items() if name != "every"}
+                written["output"] = {**own, "times": [*times]}
+            self._with_derivatives[key] = Prepared(resolve(written))
+        return self._with_derivatives[key]
 
     def _chosen(
         self, parameters: Mapping[str, Any] | None, samples: Any, runs: Sequence[int] | None
@@ -208,6 +324,16 @@ def prepare(
     prepared = Prepared(resolved)
     compile_early(resolved, prepare_runs(resolved, list(resolved.labels[:1]), nominal=prepared._nominal), True)
     return prepared
+
+
+def _check_numbers(parameters: Mapping[str, Any]) -> None:
+    """What is differentiated by is one number at each path."""
+    if not parameters:
+        raise ScenarioError("parameters: are empty; give numbers of the model by path, such as bodies.top.mass")
+    for path, value in parameters.items():
+        _check(path, value)
+        if np.ndim(value):
+            raise ScenarioError.at(path, "must be one number", f"give its components, such as {path}[0]", value)
 
 
 def _check(path: str, value: Any) -> None:

@@ -158,6 +158,15 @@ def kind_of(variable: str, dims: Iterable[object], measure: bool, sampled: bool 
     return SUMMARY if any(variable.endswith(f"_{statistic}") for statistic in STATISTICS) else WHOLE
 
 
+def named(ds: xr.Dataset, asked: str) -> xr.DataArray:
+    """What is called so, of all runs or of one: a variable, or one number of it."""
+    if asked in ds:
+        return ds[asked]
+    variables = [ds[name] for name in ds.data_vars if asked.startswith(f"{name}.")]
+    variable, place = next((x, one.place) for x in variables for one in names_of(x) if one.name == asked)
+    return variable.isel(dict(zip(dims_of(variable), place, strict=True)), drop=True)
+
+
 def match(asked: str, names: Names) -> list[Name]:
     """What is called so: one name, those of a variable, those of a body or joint, or the value of a requirement; none
     if nothing is."""

@@ -1,0 +1,1 @@
+"""Numbers of the model that fit what was measured."""
