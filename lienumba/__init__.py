@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from lienumba.compiler.foreign.batched import batched as batched
     from lienumba.compiler.foreign.jitted import jit as jit
     from lienumba.compiler.foreign.libraries import foreign as foreign
+    from lienumba.engine.budget.budget import budget as budget
     from lienumba.engine.calibration.fit import Fit as Fit
     from lienumba.engine.disk.merge import merge as merge
     from lienumba.engine.kernels.kernels import Kernels as Kernels
@@ -34,6 +35,7 @@ __all__ = [
     "__version__",
     "analysis",
     "batched",
+    "budget",
     "equilibrium",
     "foreign",
     "jit",
@@ -54,6 +56,7 @@ _MODULES = {  # of what is heavy, which is imported when it is first asked for
     "Prepared": "lienumba.engine.prepared",
     "System": "lienumba.scenario.system",
     "batched": "lienumba.compiler.foreign.batched",
+    "budget": "lienumba.engine.budget.budget",
     "equilibrium": "lienumba.engine.linear.equilibrium",
     "foreign": "lienumba.compiler.foreign.libraries",
     "jit": "lienumba.compiler.foreign.jitted",

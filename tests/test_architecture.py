@@ -61,7 +61,7 @@ INSIDE = {  # the floors of rooms, lowest first
         {"chunk_sizes", "compare_runs", "fields", "part", "progress", "requirements", "select_run"},
         {"results"}, {"reference"}, {"simulate", "stopping"}, {"calibration", "kernels", "linear"}, {"quality"},
         {"cluster", "disk", "replay", "study"},
-        {"runner", "prepared"}, {"checks", "rare"},
+        {"runner", "prepared"}, {"budget", "checks", "rare"},
     ],
     "reference": [
         {"compiling", "mechanism"}, {"rotations"}, {"coordinates", "table"}, {"dynamics"}, {"step"}, {"integrate"},
@@ -70,7 +70,7 @@ INSIDE = {  # the floors of rooms, lowest first
         {"bounds", "codes", "hysteresis", "selection_table", "sizes"}, {"layout"}, {"methods"}, {"drivers"},
         {"tracing"},
     ],
-    "cli": [{"commands", "options"}, {"checking", "importing", "linear", "rare", "running", "showing"}],
+    "cli": [{"commands", "options"}, {"budget", "checking", "importing", "linear", "rare", "running", "showing"}],
     "analysis": [
         {"changed", "text_table", "weights"}, {"labels", "outcomes"},
         {"mode_runs", "summary", "summary_rows", "summary_text"},

@@ -1,5 +1,5 @@
-"""The command line: run, merge, replay, rare, worst, equilibrium, modes, sample, validate, check, info, plot, animate,
-report, analyse, compare, table, list, import, schema, doctor.
+"""The command line: run, merge, replay, budget, rare, worst, equilibrium, modes, sample, validate, check, info, plot,
+animate, report, analyse, compare, table, list, import, schema, doctor.
 
 Exit codes: 0 all runs good; 1 finished, some runs failed, a replay is another run, or engines do not agree; 2 bad
 input, nothing computed; 4 with --verdict, where runs do not show that all requirements are met; 130 interrupted,
@@ -15,6 +15,7 @@ from typing import Annotated
 
 import typer
 
+from lienumba.cli.budget import budget
 from lienumba.cli.checking import check, doctor, info, sample, schema, validate
 from lienumba.cli.commands import Command, Group
 from lienumba.cli.importing import import_
@@ -53,7 +54,7 @@ def _main(
     pass
 
 
-COMPUTING = (run, merge, replay, rare, worst, equilibrium, modes, sample)
+COMPUTING = (run, merge, replay, budget, rare, worst, equilibrium, modes, sample)
 SHOWING = (plot, animate, report, analyse, compare, table)
 for command in (*COMPUTING, validate, check, info, *SHOWING, schema, doctor):
     app.command(cls=Command)(command)

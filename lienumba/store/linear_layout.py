@@ -17,12 +17,14 @@ if TYPE_CHECKING:
 KIND = "kind"  # the attribute that says it
 MODES, EQUILIBRIA, SYSTEMS = "vibration modes", "equilibria", "linear systems"
 RARE, WORST = "the search for a rare failure", "the search for a worst case"
+BUDGET = "a budget of tolerances"
 SHOWN = {
     MODES: "lienumba info, plot, report, animate, analyse and table show it",
     EQUILIBRIA: "xarray.open_dataset reads it",
     SYSTEMS: "xarray.open_dataset reads it",
     RARE: "xarray.open_dataset reads it",
     WORST: "xarray.open_dataset reads it",
+    BUDGET: "xarray.open_dataset reads it",
 }
 MODE = ("run", "time", "mode")
 SHAPE, PLACE = (*MODE, "body", "axis", "part"), ("body", "axis")
@@ -67,7 +69,7 @@ def dataset(
     varied path."""
     import xarray as xr
 
-    columns = input_coordinates(inputs, input_units, len(coordinates["run"]))
+    columns = input_coordinates(inputs, input_units, len(coordinates.get("run", ())))
     ds = xr.Dataset(variables, {**coordinates, **columns}, attributes)
     said = COORDINATES | {name: ("1", text) for name, text in OWN.items()}
     for key, x in ds.variables.items():

@@ -1,0 +1,1 @@
+"""The share of each input in the variance of outputs."""
