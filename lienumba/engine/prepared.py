@@ -238,7 +238,10 @@ class Prepared:
             if times:
                 own = {name: x for name, x in self._written["output"].items() if name != "every"}
                 written["output"] = {**own, "times": [*times]}
-            self._with_derivatives[key] = Prepared(resolve(written))
+            try:
+                self._with_derivatives[key] = Prepared(resolve(written))
+            except ScenarioError as error:
+                raise error.inside("measured") if times else error from None
         return self._with_derivatives[key]
 
     def _chosen(
