@@ -13,7 +13,9 @@ from lienumba.engine.calibration.measured import Recordings
 from lienumba.errors import ScenarioError
 from lienumba.words import plural
 
-TOLERANCE = 1e-8  # of the sum of squares and of the parameters, relative: nearer is the noise of chosen steps
+FALLS = 1e-8  # relative, by which the sum of squares falls at least: a thousandth of a standard error
+MOVES = 1e-6  # relative, by which parameters change at least: steps that a tolerance chooses make smaller ones noise
+STEEP = 1e-10  # gradient of the sum of squares, of parameters relative to where they start
 ENDS = {
     0: "the fit is not done: {calls} were not enough; raise max_calls, or start nearer",
     1: "the sum of squares has its minimum here: its gradient vanishes",
@@ -173,14 +175,17 @@ def fit(search: Search, bounds: Mapping[str, tuple[float, float]], max_calls: in
     ends = _bounds(search.start, bounds)
     search.start = dict(zip(search.start, start.tolist(), strict=True))
     search.check()
+    sizes = np.where(start == 0.0, 1.0, np.abs(start))
     found = least_squares(
-        search.residuals, start, jac=search.jacobian, bounds=ends, x_scale="jac", ftol=TOLERANCE, xtol=TOLERANCE,
-        gtol=TOLERANCE, max_nfev=max_calls,
+        lambda y: search.residuals(y * sizes), start / sizes, jac=lambda y: search.jacobian(y * sizes) * sizes,
+        bounds=(ends[0] / sizes, ends[1] / sizes), x_scale="jac", ftol=FALLS, xtol=MOVES, gtol=STEEP,
+        max_nfev=max_calls,
     )  # fmt: skip
-    ds = search.dataset(found.x)
+    x = found.x * sizes
+    ds = search.dataset(x)
     assert ds is not None
-    told = identified(found.jac, found.x, list(search.start))
-    return _fit(search, ds, told, found.x, float(found.cost), int(found.status))
+    told = identified(found.jac / sizes, x, list(search.start))
+    return _fit(search, ds, told, x, float(found.cost), int(found.status))
 
 
 def _fit(search: Search, ds: xr.Dataset, told: Identified, x: np.ndarray, cost: float, status: int) -> Fit:
