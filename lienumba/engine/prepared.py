@@ -102,9 +102,9 @@ class Prepared:
         return in_memory(results, wanted, Threads(results, workers or usable_cores()), _untold)
 
     def value_and_gradient(
-        self, parameters: Mapping[str, float], of: str, *, run: int = NOMINAL_RUN, workers: int | None = None
+        self, parameters: Mapping[str, float], of: str, *, workers: int | None = None
     ) -> "tuple[float | np.ndarray, np.ndarray]":
-        """Simulate one run with other numbers, and return an output with its derivatives by these numbers.
+        """Simulate the nominal run with other numbers, and return an output with its derivatives by these numbers.
 
         It suits `scipy.optimize.minimize(..., jac=True)`. The derivatives are those of the computed numbers, not
         differences. The first call for an output compiles another program; later ones take milliseconds beside the
@@ -116,8 +116,6 @@ class Prepared:
             Numbers of the model by path, such as `{"parameters.kp": 40.0, "bodies.top.mass": 14.0}`.
         of : str
             What is differentiated: a name of the dataset, such as "miss", "event_time.landed", "last_position.top.z".
-        run : int
-            The label of the run; by default the nominal one, whose inputs do not scatter.
         workers : int, optional
             Threads; by default one for each core.
 
@@ -135,7 +133,7 @@ class Prepared:
             If there is no such path or output, or it cannot be differentiated: a sentence for each.
         """
         other = self._differentiated((of,), parameters)
-        ds = other.run(parameters, runs=[run], workers=workers)
+        ds = other.run(parameters, runs=[NOMINAL_RUN], workers=workers)
         value = named(ds, of).isel(run=0).values.astype(float)
         return value if value.ndim else float(value), ds[f"d_{of}"].isel(run=0).values
 
@@ -189,7 +187,8 @@ class Prepared:
 
         recordings = recordings_of(measured, sigma)
         recordings.check(self._results.names, self._resolved.data.integrator.end_time)
-        other = self._differentiated(recordings.names, parameters, recordings.times)
+        swept = samples is None and list(recordings.labels) != [NOMINAL_RUN]
+        other = self._differentiated(recordings.names, parameters, recordings.times, swept)
 
         def run(numbers: Mapping[str, float]) -> "xr.Dataset":
             return other.run(numbers, samples=samples, runs=recordings.labels, workers=workers)
@@ -226,15 +225,16 @@ class Prepared:
         return Kernels(self._resolved, self._nominal, self._chosen, names)
 
     def _differentiated(
-        self, of: tuple[str, ...], by: Mapping[str, float], times: tuple[float, ...] = ()
+        self, of: tuple[str, ...], by: Mapping[str, float], times: tuple[float, ...] = (), swept: bool = False
     ) -> "Prepared":
         """The same scenario with derivatives of some outputs by these numbers, which stores other times, if any; made
-        once."""
-        key = of, tuple(by), times
+        once. swept: whether it keeps its sweep, whose inputs cannot be set beside."""
+        key = of, tuple(by), times, swept
         if key not in self._with_derivatives:
             _check_numbers(by)
-            self._with(dict(by), None)
-            written = {**self._written, "sensitivities": {"of": [*of], "by": [*by]}}
+            written = {name: x for name, x in self._written.items() if swept or name != "sweep"}
+            resolve(written, overrides=dict(by))
+            written["sensitivities"] = {"of": [*of], "by": [*by]}
             if times:
                 own = {name: x for name, x in self._written["output"].items() if name != "every"}
                 written["output"] = {**own, "times": [*times]}

@@ -125,7 +125,7 @@ def _linear(predicted: Prediction, mean: np.ndarray, covariance: np.ndarray) -> 
     with np.errstate(divide="ignore", invalid="ignore"):
         shares = parts / variances[:, None]
         deviations = np.sqrt(variances)
-    notes = list(predicted.left_out)
+    notes = list(predicted.notes)
     for name, row, variance in zip(predicted.names, slopes, variances, strict=True):
         if not np.isfinite(row).all():
             notes.append(f"{name} has no derivative in the nominal run: it does not happen there, or only just")

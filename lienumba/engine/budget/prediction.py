@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from lienumba.batch.statuses import GOOD
+from lienumba.batch.tangents.changes import FLAGS
 from lienumba.engine.runner import run
 from lienumba.errors import ScenarioError
 from lienumba.scenario.resolve import Scenario, resolve
@@ -21,8 +22,8 @@ EVENT_TIME = "event_time"
 @dataclass(frozen=True)
 class Prediction:
     """Outputs by name: values (outputs,) of the nominal run, units, slopes (outputs, inputs); asked: the variables that
-    they are in; inputs (inputs,): their nominal values, of these paths; left_out: sentences about outputs that have no
-    derivatives."""
+    they are in; inputs (inputs,): their nominal values, of these paths; notes: sentences about derivatives that there are not,
+    or that are doubtful."""
 
     names: list[str]
     units: list[str]
@@ -31,7 +32,7 @@ class Prediction:
     asked: list[str]
     paths: list[str]
     inputs: np.ndarray
-    left_out: list[str]
+    notes: list[str]
 
     def of(self, inputs: np.ndarray) -> np.ndarray:
         """The outputs (..., outputs) where the inputs are (..., inputs)."""
@@ -41,7 +42,7 @@ class Prediction:
 
 def prediction(resolved: Scenario, of: Sequence[str], workers: int | None) -> Prediction:
     """That of the outputs of these names, or of the scenario's own."""
-    asked, left_out = list(of) or _own(resolved), list[str]()
+    asked, notes = list(of) or _own(resolved), list[str]()
     while True:
         try:
             ds = run(_asking(resolved, asked), runs=[NOMINAL_RUN], workers=workers, progress=False)
@@ -50,12 +51,14 @@ def prediction(resolved: Scenario, of: Sequence[str], workers: int | None) -> Pr
             wrong = [x for x in error.problems if x.place == ASKED]
             if of or not wrong:
                 raise
-            left_out += [f"{problem.value} is left out: it {problem.rule.partition('which ')[2]}" for problem in wrong]
+            notes += [f"{problem.value} is left out: it {problem.rule.partition('which ')[2]}" for problem in wrong]
             asked = [name for name in asked if name not in {problem.value for problem in wrong}]
             if not asked:
                 raise
     if not ds["status"].isin(GOOD).all():
         raise ScenarioError("the nominal run fails, so nothing can be said of runs near it; correct it first")
+    flags = int(ds["sensitivity_flags"].item())
+    notes += [f"in the nominal run {sentence}" for bit, sentence in FLAGS.items() if flags & bit]
     names, values, slopes = [], list[float](), list[np.ndarray]()
     every = known(ds)
     for name in asked:
@@ -66,9 +69,7 @@ def prediction(resolved: Scenario, of: Sequence[str], workers: int | None) -> Pr
     paths = [str(path) for path in ds["input"].values]
     inputs = np.array([float(ds[path].item()) for path in paths])
     units = [x.units for x in names]
-    return Prediction(
-        [x.name for x in names], units, np.array(values), np.array(slopes), asked, paths, inputs, left_out
-    )
+    return Prediction([x.name for x in names], units, np.array(values), np.array(slopes), asked, paths, inputs, notes)
 
 
 def outputs_of(ds: xr.Dataset, asked: Sequence[str]) -> np.ndarray:
