@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from lienumba.batch.integrate import Batch, integrate
-from lienumba.engine.simulate import batch_of, compiled_of
+from lienumba.engine.programs import batch_of, compiled_of
 from lienumba.scenario.reading.loading import load
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import prepare

@@ -59,7 +59,8 @@ INSIDE = {  # the floors of rooms, lowest first
     ],
     "engine": [
         {"chunk_sizes", "compare_runs", "fields", "part", "progress", "requirements", "select_run"},
-        {"results"}, {"reference"}, {"simulate", "stopping"}, {"calibration", "kernels", "linear"}, {"quality"},
+        {"programs"}, {"sensitivities"}, {"results"}, {"reference"}, {"simulate", "stopping"},
+        {"calibration", "kernels", "linear"}, {"quality"},
         {"cluster", "disk", "replay", "study"},
         {"runner", "prepared"}, {"budget", "checks", "rare"},
     ],

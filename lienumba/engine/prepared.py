@@ -315,7 +315,7 @@ def prepare(
     """
     import warnings
 
-    from lienumba.engine.simulate import compile_early
+    from lienumba.engine.programs import compile_early
     from lienumba.scenario.start.never import warnings_of
     from lienumba.scenario.start.prepare import prepare as prepare_runs
 

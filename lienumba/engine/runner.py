@@ -292,7 +292,7 @@ def runs_of(resolved: Scenario, labels: Sequence[int], nominal: Nominal | None =
 
 def operation_counts(scenario: Scenario) -> dict[str, dict[str, int]]:
     """Operations of each kernel per evaluation and run: what the hardware must do."""
-    from lienumba.engine.simulate import program_of
+    from lienumba.engine.programs import program_of
 
     prepared = prepare(scenario, [0])
     return {name: kernel.counts() for name, kernel in program_of(scenario, prepared, fixed=True).kernels.items()}

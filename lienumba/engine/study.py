@@ -14,8 +14,9 @@ import numpy as np
 
 from lienumba.batch.statuses import GOOD
 from lienumba.engine.fields import measured
+from lienumba.engine.programs import compile_early
 from lienumba.engine.results import Results
-from lienumba.engine.simulate import Memory, Progress, Runs, Tell, Threads, compile_early, simulate
+from lienumba.engine.simulate import Memory, Progress, Runs, Tell, Threads, simulate
 from lienumba.integrators.methods import METHODS
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Prepared, prepare

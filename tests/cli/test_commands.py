@@ -156,6 +156,7 @@ def test_schema_is_json_and_describes_every_section() -> None:
         "output",
         "sweep",
         "study",
+        "sensitivities",
     }
     assert schema["additionalProperties"] is False
 

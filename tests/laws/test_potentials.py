@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lienumba.compiler import native
-from lienumba.engine.simulate import program_of
+from lienumba.engine.programs import program_of
 from lienumba.scenario.start.prepare import prepare
 from tests.facade import resolve
 from tests.laws.rigs import close, order, own, pair, pendulum, run

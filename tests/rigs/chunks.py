@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from lienumba.batch.integrate import Batch, Chunk, integrate
-from lienumba.engine.simulate import batch_of, program_of
+from lienumba.engine.programs import batch_of, program_of
 from lienumba.integrators.tracing.machine import compile_program
 from lienumba.integrators.tracing.program import Program
 from lienumba.scenario.resolve import Scenario

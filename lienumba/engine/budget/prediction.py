@@ -21,9 +21,11 @@ EVENT_TIME = "event_time"
 
 @dataclass(frozen=True)
 class Prediction:
-    """Outputs by name: values (outputs,) of the nominal run, units, slopes (outputs, inputs); asked: the variables that
-    they are in; inputs (inputs,): their nominal values, of these paths; notes: sentences about derivatives that there are not,
-    or that are doubtful."""
+    """Outputs by name: values (outputs,) of the nominal run, units, slopes (outputs, inputs).
+
+    asked: the variables or numbers that they are of; inputs (inputs,): the nominal values of these paths; notes:
+    sentences about derivatives that do not exist, or are doubtful.
+    """
 
     names: list[str]
     units: list[str]

@@ -35,8 +35,9 @@ def compute(
     check_versions(wanted)
     from time import thread_time
 
+    from lienumba.engine.programs import compile_early
     from lienumba.engine.results import joined
-    from lienumba.engine.simulate import chunks, compile_early
+    from lienumba.engine.simulate import chunks
     from lienumba.scenario.start.prepare import prepare
 
     with _one_at_a_time:

@@ -13,8 +13,8 @@ from lienumba.batch.statuses import SUCCESS
 from lienumba.compiler.flat import Flat, kept
 from lienumba.compiler.rows import W
 from lienumba.engine.kernels import rows, workspace
+from lienumba.engine.programs import batch_of, compiled_of, method_of, selection_of
 from lienumba.engine.results import Results
-from lienumba.engine.simulate import batch_of, compiled_of, method_of, selection_of
 from lienumba.errors import ScenarioError
 from lienumba.integrators import layout
 from lienumba.integrators.tracing.evaluating.kernels import compiled

@@ -9,7 +9,7 @@ import numpy as np
 from lienumba.batch.execute import Cost, execute, tasks, usable_cores
 from lienumba.batch.integrate import Chunk
 from lienumba.batch.records import per_run
-from lienumba.engine.simulate import batch_of, by_joints, compiled_of
+from lienumba.engine.programs import batch_of, by_joints, compiled_of
 from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
 from lienumba.integrators.layout import state_rows

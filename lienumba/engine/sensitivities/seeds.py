@@ -12,7 +12,7 @@ import numpy as np
 from lienumba.batch.integrate import COINCIDENT, Batch, begin, discontinuities
 from lienumba.batch.statuses import SUCCESS
 from lienumba.batch.tangents.marcher import Start
-from lienumba.engine.simulate import batch_of, method_of, selection_of
+from lienumba.engine.programs import batch_of, method_of, selection_of
 from lienumba.integrators.tracing.compiled import compiled
 from lienumba.integrators.tracing.method import Method
 from lienumba.integrators.tracing.row_selection import RowSelection

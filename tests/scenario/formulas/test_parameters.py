@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.engine.simulate import program_of
+from lienumba.engine.programs import program_of
 from lienumba.scenario.start.prepare import prepare
 from tests.facade import resolve
 from tests.rigs.places import ROOT
