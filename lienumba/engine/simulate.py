@@ -11,7 +11,7 @@ import numpy as np
 from lienumba.batch.execute import Cost, Task, execute, tasks
 from lienumba.batch.integrate import Chunk
 from lienumba.batch.statuses import GOOD
-from lienumba.engine.programs import batch_of, compiled_of
+from lienumba.engine.programs import batch_of, compiled_of, method_of, selection_of
 from lienumba.engine.results import Piece, Results
 from lienumba.integrators.codes import RESELECT
 from lienumba.integrators.tracing.program import Outline
