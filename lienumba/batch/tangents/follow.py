@@ -31,12 +31,13 @@ REST = 1e-4  # of a step that ends with a change: its last part, in which a body
 
 class Look(NamedTuple):
     """At a time (s) something is asked: the first time of an event, or a signal, which is this value then, by its
-    number."""
+    number; event: that whose time this is, and moves with it, -1 if none."""
 
     t: float
     kind: int
     number: int
     value: float = np.nan
+    event: int = -1
 
 
 @dataclass
@@ -240,8 +241,12 @@ class Follower:
                 self.marcher.march(side, part)
             if look.kind == EVENT:
                 self._cross(look, part, side)
-            else:
-                self._see(look, side)
+                continue
+            if look.event >= 0 and look.t > begin:
+                moves = self.found.times[look.event]
+                side.x[1] += self._along(part, side)[:, None] * moves
+                side.moves = moves
+            self._see(look, side)
         times = np.array([[begin], [end], [length or end - begin]])
         if causes or self._moving(end) is not None:
             self._reach(times, causes)

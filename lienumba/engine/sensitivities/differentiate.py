@@ -98,11 +98,12 @@ def _trodden(batch: Batch, model: Model, start: Start, jumps: Jumps) -> tuple[Tr
     """What a run goes through, and what is looked at on the way."""
     entries, chunk = _noted(batch) if batch.machine.queued else _stepped(batch, start.jumps)
     looks = [Look(float(t), EVENT, n) for n, t in enumerate(chunk.event_times[0]) if t == t]
-    records = kept(model)
+    records, names = kept(model), [event.name for event in model.events]
     for n, x in enumerate(records):
         t = chunk.kept[0, n, 1]
-        if x.condition == NONE and x.value != NONE and np.isfinite(t):
-            looks.append(Look(float(t), SIGNAL, n, float(chunk.kept[0, n, 0])))
+        if (x.condition == NONE or x.event) and x.value != NONE and np.isfinite(t):
+            event = names.index(x.event) if x.event else NONE
+            looks.append(Look(float(t), SIGNAL, n, float(chunk.kept[0, n, 0]), event))
     asked = [max(x.value, 0) for x in records]
     looks.sort()
     crossings = _crossings(jumps, start, entries)

@@ -15,7 +15,7 @@ from lienumba.engine.sensitivities.differentiate import Tangents, differentiate
 from lienumba.errors import ScenarioError
 from lienumba.integrators.codes import RESELECT
 from lienumba.integrators.tracing.program import Outline
-from lienumba.mechanics.mechanism.model import LARGEST, SMALLEST
+from lienumba.mechanics.mechanism.model import LARGEST, NONE, SMALLEST
 from lienumba.scenario.base import paths
 from lienumba.scenario.formulas.measure_formula import MeasureFormula
 from lienumba.scenario.resolve import Scenario
@@ -152,9 +152,9 @@ class Derivatives:
             if other == name:
                 break
             before += len(formula.kept)
-        kinds = {x.kind for x in formula.kept}
-        if formula.times or (not kinds <= {LARGEST, SMALLEST} and not all(x.event for x in formula.kept)):
-            rule = f'has "{name}", which is no function of largest and smallest values and of values at events'
+        known = (x.event or (x.kind in (LARGEST, SMALLEST) and x.condition == NONE) for x in formula.kept)
+        if formula.times or not all(known):
+            rule = f'has "{name}", which is not made of values at events and of extremes of the whole run alone'
             raise ScenarioError.at(PLACE, rule, "leave it out, or ask for what it is made of", name)
         own = slice(before, before + len(formula.kept))
         return lambda chunk, _: _chained(formula, chunk.kept[:, own], _tangents(chunk).signals[:, own])
