@@ -81,12 +81,15 @@ class Text:
             f"br label %{name}.next", f"{name}.done:",
         ]  # fmt: skip
 
-    def _function(self, name: str, arguments: str, linkage: str = "internal ", inner: bool = True) -> str:
+    def _function(self, name: str, arguments: str, inner: bool = True) -> str:
         """What has been written, as a function; inner: of as many lanes as a value has, else of all of them."""
         body, self.lines = "\n".join(self.lines), []
-        if not inner:
-            return emit.VALUES.function(f"{self.name}_{name}", arguments, body, linkage)
-        return f"define internal void @{self.name}_{name}({arguments}) noinline nounwind {{\n{body}\nret void\n}}\n"
+        whole = f"{self.name}_{name}"
+        own = whole if inner else f"{whole}.pass"
+        text = f"define internal void @{own}({arguments}) noinline nounwind {{\n{body}\nret void\n}}\n"
+        if inner:
+            return text
+        return text + emit.VALUES.function(whole, arguments.split(", "), (), f"call void @{own}({arguments})")
 
     # ------------------------------------------------------------ entries
     def clear(self, rows: int) -> str:
