@@ -21,7 +21,7 @@ from lienumba.integrators.tracing.tracer import Tracer
 from lienumba.numerics.number import Number
 from lienumba.numerics.operations import is_zero
 
-LOOPS = 1500  # products of an elimination from which on loops are faster than straight-line code, by a fifth or more
+LOOPS = 1500  # products of an elimination up to which it stays straight-line code, and its bits what they were
 
 Rows = list[dict[int, Any]]
 Matrix = Sequence[Sequence[float]]
@@ -42,7 +42,7 @@ def factors(tracer: Tracer, stages: Sequence[Linear], A: Matrix, h: Number, mask
 
 @dataclass(frozen=True)
 class Blocks:
-    """Where loops have Newton's matrix and what it is solved for, which loops are shorter than straight-line code.
+    """Where loops have Newton's matrix and what it is solved for.
 
     place: of each variable in the order in which they leave; first: the row of memory where the matrix begins.
     """
