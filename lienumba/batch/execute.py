@@ -10,6 +10,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain, islice
+from time import thread_time
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -101,9 +102,11 @@ def tasks(batch: Batch, workers: int, then: Callable[[Chunk], T], cost: Cost | N
 def _chunk(
     batch: Batch, runs: slice, then: Callable[[Chunk], T], cost: Cost, progress: np.ndarray, stop: np.ndarray
 ) -> T:
+    started = thread_time()
     chunk = integrate(batch, runs, progress, stop)
-    cost.per_run = chunk.seconds / len(chunk.codes)
-    return then(chunk)
+    found = then(chunk)
+    cost.per_run = (thread_time() - started) / len(chunk.codes)
+    return found
 
 
 def _slices(batch: Batch, workers: int, cost: Cost) -> Iterator[slice]:

@@ -154,24 +154,21 @@ def _stepped(batch: Batch, jumps: np.ndarray) -> tuple[np.ndarray, Chunk]:
     grid = replace(batch, outputs=np.arange(round(batch.last / batch.h) + 1) * batch.h)
     chunk = integrate(grid, slice(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64))
     states = chunk.records[0, :, :, 0]
-    rows = HEAD + layout.state_rows(batch.machine.sizes) + batch.machine.sizes.switched
-    found: list[np.ndarray] = []
-    samples, state = batch.machine.kernels[layout.SAMPLE] != 0, layout.state_rows(batch.machine.sizes)
-    for n in range(round(chunk.ends[0] / batch.h)):
-        begin, end = n * batch.h, (n + 1) * batch.h
-        inside = jumps[(jumps > begin) & (jumps < end)]
-        for until in (*inside, end):
-            entry = np.full(rows, np.nan)
-            entry[:HEAD] = STEPS, begin, until, batch.h if not len(inside) else 0.0
-            behind = samples and until in jumps  # the state that is stored is the one behind the samples
-            if until == end and not behind:
-                entry[HEAD : HEAD + state] = states[n + 1, :state]
-            found.append(entry)
-            if behind:
-                entry = np.full(rows, np.nan)
-                entry[:HEAD] = SAMPLES, until, 0.0, 0.0
-                if until == end:
-                    entry[HEAD : HEAD + state] = states[n + 1, :state]
-                found.append(entry)
-            begin = until
-    return np.array(found).reshape(-1, rows), chunk
+    whole = np.arange(round(chunk.ends[0] / batch.h) + 1) * batch.h  # the ends of uncut steps
+    ends = np.union1d(whole, jumps[(jumps > 0.0) & (jumps < whole[-1])])[1:]
+    begins = np.concatenate([whole[:1], ends[:-1]])
+    uncut = np.isin(begins, whole) & np.isin(ends, whole)
+    state = layout.state_rows(batch.machine.sizes)
+    found = np.full((len(ends), HEAD + state + batch.machine.sizes.switched), np.nan)
+    found[:, :HEAD] = np.stack(
+        [np.full(len(ends), STEPS), begins, ends, np.where(uncut, batch.h, 0.0)], axis=1
+    )  # fmt: skip
+    known = np.isin(ends, whole)
+    found[known, HEAD : HEAD + state] = states[np.searchsorted(whole, ends[known]), :state]
+    if batch.machine.kernels[layout.SAMPLE] == 0:
+        return found, chunk
+    sampled = np.flatnonzero(np.isin(ends, jumps))  # the state that is stored is the one behind the samples
+    samples = found[sampled].copy()
+    samples[:, 0], samples[:, 1], samples[:, 2:HEAD] = SAMPLES, samples[:, 2], 0.0
+    found[sampled, HEAD:] = np.nan
+    return np.insert(found, sampled + 1, samples, axis=0), chunk
