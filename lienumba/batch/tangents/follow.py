@@ -230,7 +230,8 @@ class Follower:
 
     def _step(self, begin: float, end: float, length: float, causes: Sequence[int]) -> None:
         """A step, which ends where these conditions come true, and what is asked within it."""
-        while self._next() < end or (causes and self._next() == end):  # outputs do not move with its end
+        moves = bool(causes) or self._moving(end) is not None
+        while self._next() < end or (moves and self._next() == end):  # outputs do not move with its end
             side, t = self.point.copy(), self._next()
             self.marcher.march(side, np.array([[begin], [t], [t - begin]]))
             self._record(side)
@@ -243,12 +244,11 @@ class Follower:
                 self._cross(look, part, side)
                 continue
             if look.event >= 0 and look.t > begin:
-                moves = self.found.times[look.event]
-                side.x[1] += self._along(part, side)[:, None] * moves
-                side.moves = moves
+                side.moves = self.found.times[look.event]
+                side.x[1] += self._along(part, side)[:, None] * side.moves
             self._see(look, side)
         times = np.array([[begin], [end], [length or end - begin]])
-        if causes or self._moving(end) is not None:
+        if moves:
             self._reach(times, causes)
         else:
             self.marcher.march(self.point, times)
