@@ -9,6 +9,7 @@ import pytest
 from lienumba.compiler import emit, native
 from lienumba.compiler.loops.elimination import Each, Elimination, Terms
 from lienumba.compiler.rows import W
+from lienumba.compiler.value_types import ValueType
 from lienumba.integrators.tracing.machine import aligned
 
 Functions = dict[str, Callable[..., None]]
@@ -52,6 +53,23 @@ def test_the_solution_is_that_of_numpy(side: int, size: int) -> None:
         run["solve"](memory.ctypes.data)
         exact = np.linalg.solve(matrix, each.T[:, :, None])[:, :, 0].T
         np.testing.assert_allclose(memory[system.vector :], exact, rtol=0, atol=1e-13)
+
+
+def test_bits_do_not_depend_on_the_lanes_of_a_value(monkeypatch: pytest.MonkeyPatch) -> None:
+    generator, size, side = np.random.default_rng(7), 8, 3
+    system = Elimination.of(pattern(size, generator), size, side)
+    start, found = generator.standard_normal((system.memory, W)), []
+    monkeypatch.setattr(native, "LEVEL", 1)
+    for lanes in (1, 2, 4, W):
+        monkeypatch.setattr(emit, "VALUES", ValueType(lanes))
+        run, memory = functions(system), aligned(system.memory, W)
+        memory[:] = start
+        run["eliminate"](memory.ctypes.data)
+        run["solve"](memory.ctypes.data)
+        found.append(memory)
+    assert np.isfinite(found[0]).all()
+    for each in found[1:]:
+        np.testing.assert_array_equal(each, found[0])
 
 
 def test_blocks_that_stay_empty_take_no_memory() -> None:
