@@ -15,7 +15,7 @@ OF_A_SCENARIO = (
     "scenario.start.prepare._nominal_start", "mechanics.start.assembly._assemble",
 )  # fmt: skip
 OF_RUNS = (
-    "scenario.start.prepare.prepare", "engine.simulate.batch_of", "integrators.tracing.template.split",
+    "scenario.start.prepare.prepare", "engine.programs.batch_of", "integrators.tracing.template.split",
     "batch.integrate.integrate", "engine.results.piece", "engine.results.dataset",
 )  # fmt: skip
 

@@ -168,8 +168,8 @@ def test_a_study_is_not_prepared() -> None:
 
 def test_what_is_public_is_shown_and_nothing_else() -> None:
     public = [
-        "Kernels", "Prepared", "ScenarioError", "System", "__version__", "analysis", "batched", "equilibrium",
-        "foreign", "jit", "linearise", "merge", "modes", "prepare", "rare", "replay", "report",
+        "Fit", "Kernels", "Prepared", "ScenarioError", "System", "__version__", "analysis", "batched", "budget",
+        "equilibrium", "foreign", "jit", "linearise", "merge", "modes", "prepare", "rare", "replay", "report",
     ]  # fmt: skip
     assert dir(lienumba) == lienumba.__all__ == [*public, "run", "worst"]
     assert all(hasattr(lienumba, name) for name in public)

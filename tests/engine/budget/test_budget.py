@@ -81,7 +81,7 @@ def test_a_sweep_that_is_there_checks_it(tmp_path: Path) -> None:
 
 
 def test_by_default_measures_and_times_of_events_count() -> None:
-    with pytest.warns(lienumba.errors.ResultWarning, match="late is left out: it is no function of"):
+    with pytest.warns(lienumba.errors.ResultWarning, match="late is left out: it is not made of"):
         found = lienumba.budget(flight(**{Z: UNIFORM}).measure("late", "mean(p.z)"))
     assert found["output"].values.tolist() == ["top", "event_time.fallen"]
     asked = {"sensitivities": {"of": ["p.x"]}}

@@ -83,7 +83,7 @@ def test_how_fast_a_condition_grows_is_beside_the_time() -> None:
         ("event_count", "has no derivative"),
         ("energy_residual", "energy_residual"),
         ("nothing", "does not have"),
-        ("average", "no function of largest and smallest values"),
+        ("average", "not made of values at events and of extremes"),
         ("last_energy", "does not have"),
     ],
 )
