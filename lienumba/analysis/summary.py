@@ -18,7 +18,7 @@ from lienumba.integrators.codes import UNSTABLE
 from lienumba.mechanics.system.joint_coordinates import UNITS
 from lienumba.store.form import SHORT_STEPS
 from lienumba.store.layout import RELATIVE_DRIFT, RUN, VARIABLES, warnings_in
-from lienumba.store.names import SHOW
+from lienumba.store.names import BY, FLAGS, RATE, SHOW
 from lienumba.store.study_layout import is_study
 from lienumba.sweep.weighted import quantiles
 from lienumba.words import listed, plural
@@ -133,6 +133,7 @@ def summarise(ds: xr.Dataset) -> Summary:
     as_varied = sampled if kept_runs is None else sampled & kept_runs
     final, time = _final_variables(ds, finished)
     kept = [x for x in ds.data_vars.values() if x.dims[:1] == RUN and x.name not in VARIABLES and "time" not in x.dims]
+    kept = [x for x in kept if BY not in x.dims and x.name not in (RATE, FLAGS)]
     shown = shown_in(ds)
     if shown:
         kept = [x for x in kept if owner_in(str(x.name), shown) or owner_in(str(x.name).rpartition("_")[0], shown)]

@@ -25,13 +25,14 @@ if TYPE_CHECKING:
 NOT_OF_A_NAME = (*RUN, FULL, "time")  # dimensions
 SHOW = "show"  # the attribute of a dataset with the names of `output.show`
 STATUS, START_STATE = "status", "start_state"  # the latter has no names: a replay alone reads it
+BY, RATE, FLAGS = "input", "event_rate", "sensitivity_flags"  # the dimension of derivatives, and what is told of them
 LAST, AT_EVENTS = "last_", "event_"  # of the names of what each run has once, or once for each event
 
 # Kinds of names, as messages call them.
 COURSE, SOME, MEASURE, SUMMARY, EVENT = "courses", "courses of some runs", "measures", "summaries", "events"
 REQUIREMENT, END, CHANGE, WHOLE = "requirements", "last states", "changes", "numbers of the whole run"
-INPUT, OUTCOME = "inputs", "outcomes"
-KINDS = (COURSE, MEASURE, SUMMARY, EVENT, REQUIREMENT, END, CHANGE, WHOLE, INPUT, SOME, OUTCOME)
+INPUT, OUTCOME, DERIVATIVE = "inputs", "outcomes", "derivatives"
+KINDS = (COURSE, MEASURE, SUMMARY, EVENT, REQUIREMENT, END, CHANGE, WHOLE, INPUT, SOME, OUTCOME, DERIVATIVE)
 OVER_TIME = (COURSE, SOME)
 
 
@@ -144,6 +145,8 @@ def kind_of(variable: str, dims: Iterable[object], measure: bool, sampled: bool 
     own = {*dims}
     if sampled:
         return INPUT
+    if BY in own or variable in (RATE, FLAGS):
+        return DERIVATIVE
     if "time" in own:
         return SOME if FULL in own else COURSE
     if variable == STATUS:

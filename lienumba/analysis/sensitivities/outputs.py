@@ -19,6 +19,7 @@ from lienumba.errors import ScenarioError
 from lienumba.store.layout import FAILED, FULL, MET, VARIABLES
 from lienumba.store.names import (
     COURSE,
+    DERIVATIVE,
     INPUT,
     LAST,
     OUTCOME,
@@ -77,7 +78,7 @@ def of_every_run(ds: xr.Dataset, names: Sequence[str], time: float | None) -> It
     """The outputs of these names, or all that a run has once, of all runs, however they ended; time (s): a stored one,
     or the last, of series."""
     every = known(ds)
-    once = [x for x in every.every.values() if x.kind not in (*OVER_TIME, INPUT, OUTCOME)]
+    once = [x for x in every.every.values() if x.kind not in (*OVER_TIME, INPUT, OUTCOME, DERIVATIVE)]
     everywhere = np.ones(ds.sizes["run"], bool)
     for variable, wanted in by_variable([found for name in names for found in _find(name, every)] or once).items():
         if variable == STATUS:
@@ -105,7 +106,7 @@ def _find(asked: str, every: Names) -> list[Name]:
 
 def _default_outputs(every: Names, time: float | None) -> list[Name]:
     """The scenario's own outputs, those that each run has once first; else where the last body ended."""
-    names = [x for x in every.but(INPUT, OUTCOME, SOME).every.values() if time is None or x.kind == COURSE]
+    names = [x for x in every.but(INPUT, OUTCOME, SOME, DERIVATIVE).every.values() if time is None or x.kind == COURSE]
     own = [x for x in names if x.variable.removeprefix(LAST) not in VARIABLES or x.variable == "event_time"]
     own.sort(key=lambda x: (x.kind == COURSE, x.variable in VARIABLES))
     if not own:

@@ -17,6 +17,7 @@ from lienumba.scenario.checks.integrator import relative_of
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.schema.scenario import Tolerance
 from lienumba.store.layout import RELATIVE_DRIFT, WARNINGS
+from lienumba.store.names import FLAGS as SENSITIVITY_FLAGS
 
 ENERGY_RTOL = 1e-3  # of the exchanged energy: errors of the motion of 1 % nearly always come with more
 REJECTED = 1000  # steps of a run from which on it is told that most were rejected
@@ -35,6 +36,8 @@ def attributes(resolved: Scenario, runs: Runs, column: Column) -> dict[str, str]
     status = column("status", runs.labels)
     good, undefined = np.isin(status, GOOD), np.isin(status, (NON_FINITE, UNDEFINED))
     found = [*_energy(resolved, runs.labels, column, good), *_rejected(runs.labels, column, good)]
+    if resolved.data.sensitivities is not None:
+        found += _doubtful(runs.labels, column)
     if undefined.any():
         found.append(first_undefined(resolved, runs, column, int(runs.labels[undefined][0])))
     return told | ({WARNINGS: "\n".join(filter(None, found))} if any(found) else {})
@@ -63,6 +66,18 @@ def _rejected(labels: np.ndarray, column: Column, good: np.ndarray) -> list[str]
         f"rejected_steps = {int(rejected[worst])} in run {labels[worst]}, more than were accepted in "
         f"{_runs(labels, which)}: a force jumps where no event says so, or the tolerance asks for less than roundoff; "
         "give the jump an event, or a larger integrator.tolerance"
+    ]
+
+
+def _doubtful(labels: np.ndarray, column: Column) -> list[str]:
+    """What the flags of derivatives say."""
+    from lienumba.batch.tangents.changes import FLAGS
+
+    flags = column(SENSITIVITY_FLAGS, labels).astype(np.int64)
+    return [
+        f"{SENSITIVITY_FLAGS} has {bit} in {_runs(labels, flags & bit != 0)}: {meaning}"
+        for bit, meaning in FLAGS.items()
+        if (flags & bit).any()
     ]
 
 

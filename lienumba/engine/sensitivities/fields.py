@@ -9,7 +9,7 @@ import numpy as np
 from lienumba.batch.integrate import Chunk
 from lienumba.batch.records import Layout, Record
 from lienumba.batch.statuses import GOOD
-from lienumba.batch.tangents.changes import FLAGS
+from lienumba.batch.tangents.changes import FLAGS as MEANINGS
 from lienumba.engine.fields import Field
 from lienumba.engine.sensitivities.differentiate import Tangents, differentiate
 from lienumba.errors import ScenarioError
@@ -21,11 +21,10 @@ from lienumba.scenario.formulas.measure_formula import MeasureFormula
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Nominal, Prepared
 from lienumba.store.layout import RUN, Variable
-from lienumba.store.names import COURSE, END, EVENT, LAST, MEASURE, Names, by_variable
+from lienumba.store.names import BY, COURSE, END, EVENT, FLAGS, LAST, MEASURE, RATE, Names, by_variable
 from lienumba.words import listed
 
-INPUT = "input"  # the dimension
-EVENT_TIME, RATE, FLAG = "event_time", "event_rate", "sensitivity_flags"
+EVENT_TIME = "event_time"
 NEVER = ("energy_residual", "work", "position_violation", "velocity_violation", "mode")  # courses without derivatives
 STEP = 1e-4  # of the differences of the arithmetic at the end of a measure
 PLACE = "sensitivities.of"
@@ -85,7 +84,7 @@ class Derivatives:
             spec, shape, value = self._of(name)
             yield self._field(name, spec, shape, value)
         flags = Variable(RUN, "1", f"what of the derivatives is doubtful: {_flag_words()}", dtype="int32")
-        yield Field(FLAG, flags, (), lambda chunk, _: _tangents(chunk).flags, "i8")
+        yield Field(FLAGS, flags, (), lambda chunk, _: _tangents(chunk).flags, "i8")
         if any(events):
             text = "how fast the condition grew when it first became true, in its unit per s"
             rates = Variable((*RUN, "event"), "s-1", text)
@@ -96,7 +95,7 @@ class Derivatives:
         by = units.pop() if len(units) == 1 else "input_units"
         own = spec.units if by == "1" else f"({spec.units}) / ({by})"
         text = f"derivative of: {spec.long_name}"
-        made = Variable((*spec.dims, INPUT), own, text, spec.frame)
+        made = Variable((*spec.dims, BY), own, text, spec.frame)
         return Field(f"d_{name}", made, (*shape, len(self.by)), value)
 
     def _of(self, asked: str) -> tuple[Variable, tuple[int, ...], "Value"]:
@@ -185,7 +184,7 @@ def _chained(formula: MeasureFormula, kept: np.ndarray, tangents: np.ndarray) ->
 
 
 def _flag_words() -> str:
-    return "; ".join(f"{bit}: {sentence}" for bit, sentence in FLAGS.items())
+    return "; ".join(f"{bit}: {sentence}" for bit, sentence in MEANINGS.items())
 
 
 __all__ = ["EVENT", "RESELECT", "Derivatives", "by_variable"]
