@@ -254,11 +254,14 @@ class Follower:
             self.marcher.march(self.point, times)
 
     def _moving(self, t: float) -> np.ndarray | None:
-        """The tangents of a time (W,) at which F may jump, if inputs move it."""
-        n = int(np.searchsorted(self.run.jumps, t))
-        if n == len(self.run.jumps) or self.run.jumps[n] != t or not self.run.jump_tangents[n].any():
+        """The tangents of a time (W,) at which F may jump, if inputs move it; where they move one of several that are
+        the same now, of this one."""
+        here = self.run.jump_tangents[self.run.jumps == t]
+        if not here.any():
             return None
-        found: np.ndarray = self.run.jump_tangents[n]
+        if (here != here[0]).any():
+            self.found.flags |= changes.SIMULTANEOUS
+        found: np.ndarray = here[np.abs(here).max(axis=1).argmax()]
         return found
 
     def _next(self) -> float:
