@@ -11,7 +11,7 @@ from bench.checks import Check
 from bench.clock import Spent, Stopwatch
 from lienumba.batch.execute import execute, tasks
 from lienumba.batch.integrate import Chunk
-from lienumba.engine import simulate
+from lienumba.engine import programs
 from lienumba.scenario.resolve import resolve
 from lienumba.scenario.start.prepare import prepare
 from tests.oracles.changing import scenarios
@@ -46,7 +46,7 @@ class Deployments:
     def __init__(self, tolerance: float, runs: int, changes: bool) -> None:
         resolved = resolve(deployment(tolerance, runs, changes))
         prepared = prepare(resolved, range(runs))
-        self.batch = simulate.batch_of(resolved, prepared, *simulate.compiled_of(resolved, prepared, True))
+        self.batch = programs.batch_of(resolved, prepared, *programs.compiled_of(resolved, prepared, True))
         found = self._run()
         self.steps, self.rejected, self.changes = (
             float(np.mean(np.concatenate([getattr(chunk, name) for chunk in found])))

@@ -12,7 +12,7 @@ from bench.clock import Spent, Stopwatch
 from bench.engine import step_flops
 from bench.trees import Tree
 from lienumba.batch.execute import execute, tasks
-from lienumba.engine import simulate
+from lienumba.engine import programs
 from lienumba.integrators.methods import METHODS
 from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.start.prepare import check_initial, prepare
@@ -95,7 +95,7 @@ class Engine:
             labels=list(range(runs)), states=robot.tree.states(robot.q, robot.v), codes=np.zeros(runs, np.int8),
             angles={j: np.full(runs, angle[0]) for j, angle in start.angles.items()},
         )  # fmt: skip
-        self.program, self.machine = simulate.compiled_of(self.resolved, self.prepared, True)
+        self.program, self.machine = programs.compiled_of(self.resolved, self.prepared, True)
         self.beside = 0.0
         self.stages = len(METHODS[self.resolved.data.integrator.method].b)
 
@@ -103,7 +103,7 @@ class Engine:
         """States at the end (runs, 18 k), and the time: on the clock of all, of the cores on the steps alone; `beside`
         becomes what a run costs the cores beside them (s)."""
         watch, seconds = Stopwatch(), 0.0
-        batch = simulate.batch_of(self.resolved, self.prepared, self.program, self.machine)
+        batch = programs.batch_of(self.resolved, self.prepared, self.program, self.machine)
         batch = replace(batch, h=h, end=steps * h, outputs=np.array([0.0, steps * h]))
         ends = np.empty_like(self.prepared.states)
         for chunk in execute(tasks(batch, workers, lambda chunk: chunk), workers, lambda _: None):
@@ -117,7 +117,7 @@ class Engine:
 
     def flops(self) -> int:
         """Of a step and run without its projections."""
-        return step_flops(simulate.program_of(self.resolved, self.prepared, True))
+        return step_flops(programs.program_of(self.resolved, self.prepared, True))
 
     def spend(self, steps: int, workers: int = 1) -> Spent:
         return self.run(steps, workers)[1]

@@ -13,7 +13,7 @@ import numpy as np
 
 from bench.reach.problems import Array, Form, Problem
 from lienumba.batch.execute import execute, tasks
-from lienumba.engine import simulate
+from lienumba.engine import programs
 from lienumba.errors import ScenarioError
 from lienumba.groups.state import ELEMENT
 from lienumba.scenario.resolve import Scenario, resolve
@@ -168,9 +168,9 @@ class Engine:
             begin = time.process_time()
             resolved = self._scenario(setting)
             prepared = prepare(resolved, list(range(self.problem.runs)))
-            self.ready[setting] = (resolved, prepared, *simulate.compiled_of(resolved, prepared, True))
+            self.ready[setting] = (resolved, prepared, *programs.compiled_of(resolved, prepared, True))
             self.compiled[setting] = time.process_time() - begin
-        batch, seconds = simulate.batch_of(*self.ready[setting]), 0.0
+        batch, seconds = programs.batch_of(*self.ready[setting]), 0.0
         ends = np.empty((batch.runs, batch.bodies, ELEMENT))
         steps = 0
         for chunk in execute(tasks(batch, 1, lambda chunk: chunk), 1, lambda _: None):

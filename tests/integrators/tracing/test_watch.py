@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lienumba.compiler.rows import W
-from lienumba.engine import simulate
+from lienumba.engine import programs
 from lienumba.integrators import layout
 from lienumba.integrators.tracing.machine import Machine, aligned, prepare
 from lienumba.scenario.start.prepare import prepare as prepared_of
@@ -30,7 +30,7 @@ def machine(when: str, **more: Any) -> Machine:
     }
     resolved = resolve(data)
     prepared = prepared_of(resolved, range(1))
-    return simulate.compiled_of(resolved, prepared, True)[1]
+    return programs.compiled_of(resolved, prepared, True)[1]
 
 
 @pytest.mark.parametrize("coordinates", ["lie", "joint"])
