@@ -88,8 +88,7 @@ def _of_run(batch: Batch, model: Model, start: Start, marcher: Marcher, inputs: 
     def joined(parts: list[np.ndarray]) -> np.ndarray:
         return np.concatenate(parts, axis=-1)[..., :inputs]
 
-    whole = (joined([getattr(x, name) for x in found]) for name in ("records", "times", "signals"))
-    records, times, values = whole
+    records, times, values = (joined([getattr(x, name) for x in found]) for name in ("records", "times", "signals"))
     flags = int(np.bitwise_or.reduce([x.flags for x in found]))
     return Found(records, times, values, found[0].rates, flags)
 

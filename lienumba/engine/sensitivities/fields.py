@@ -13,7 +13,6 @@ from lienumba.batch.tangents.changes import FLAGS as MEANINGS
 from lienumba.engine.fields import Field
 from lienumba.engine.sensitivities.differentiate import Tangents, differentiate
 from lienumba.errors import ScenarioError
-from lienumba.integrators.codes import RESELECT
 from lienumba.integrators.tracing.program import Outline
 from lienumba.mechanics.mechanism.model import LARGEST, NONE, SMALLEST
 from lienumba.scenario.base import paths
@@ -21,7 +20,7 @@ from lienumba.scenario.formulas.measure_formula import MeasureFormula
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Nominal, Prepared
 from lienumba.store.layout import RUN, Variable
-from lienumba.store.names import BY, COURSE, END, EVENT, FLAGS, LAST, MEASURE, RATE, Names, by_variable
+from lienumba.store.names import BY, COURSE, END, FLAGS, LAST, MEASURE, RATE, Names
 from lienumba.words import listed
 
 EVENT_TIME = "event_time"
@@ -185,6 +184,3 @@ def _chained(formula: MeasureFormula, kept: np.ndarray, tangents: np.ndarray) ->
 
 def _flag_words() -> str:
     return "; ".join(f"{bit}: {sentence}" for bit, sentence in MEANINGS.items())
-
-
-__all__ = ["EVENT", "RESELECT", "Derivatives", "by_variable"]
