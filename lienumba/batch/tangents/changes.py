@@ -40,8 +40,8 @@ AT_REST = 1e-9  # of the largest speed in an impact: what is no faster has been 
 SAME = 1e-6  # relative difference of two tangents of a time, or of two coefficients, that say the same
 SIMULTANEOUS, GRAZING, REDUCED, MISSING = 1, 2, 4, 8  # flags: see `FLAGS`
 FLAGS = {
-    SIMULTANEOUS: "conditions that come true at one time would part: the derivative is that in their order here",
-    GRAZING: "a condition hardly changes where it comes true, so its time has no derivative",
+    SIMULTANEOUS: "several conditions come true at one time, and inputs would part them: the derivative holds for this order",
+    GRAZING: "a condition comes true almost without changing: its time has no derivative",
     REDUCED: "impulses in which friction of a joint slides, or the rebound was reduced, have no derivative",
     MISSING: "the run failed, or no run begins where its inputs differ a little",
 }
