@@ -40,7 +40,7 @@ AT_REST = 1e-9  # of the largest speed in an impact: what is no faster has been 
 SAME = 1e-6  # relative difference of two tangents of a time, or of two coefficients, that say the same
 SIMULTANEOUS, GRAZING, REDUCED, MISSING = 1, 2, 4, 8  # flags: see `FLAGS`
 FLAGS = {
-    SIMULTANEOUS: "several conditions come true at one time, and inputs would part them: the derivative holds for this order",
+    SIMULTANEOUS: "conditions come true at one time, and inputs would part them: the derivative holds for this order",
     GRAZING: "a condition comes true almost without changing: its time has no derivative",
     REDUCED: "impulses in which friction of a joint slides, or the rebound was reduced, have no derivative",
     MISSING: "the run failed, or no run begins where its inputs differ a little",
