@@ -97,16 +97,14 @@ class Follower:
         entries, n = self.run.entries, 0
         if self.marcher.machine.kernels[layout.SAMPLE]:
             self._sample()
-        smooth = self._smooth()
+        rough = np.flatnonzero(np.append(~self._smooth(), True))
         while n < len(entries):
             entry = entries[n]
             kind, t, what, length = int(entry[0]), *(float(x) for x in entry[1:HEAD])
             after = entry[HEAD : HEAD + self.marcher.rows]
             if kind == STEPS:
                 self._see_here(t)
-                last = n
-                while last < len(entries) and smooth[last]:
-                    last += 1
+                last = int(rough[np.searchsorted(rough, n)])
                 causes = self._causes(n)
                 if last > n:
                     after = self._stride(n, last)

@@ -1,19 +1,19 @@
 """The derivatives of the runs of a chunk: what they went through is noted, and followed once more with tangents."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from lienumba.batch.integrate import Batch, Chunk, integrate
+from lienumba.batch.integrate import Batch
 from lienumba.batch.tangents.changes import MISSING
 from lienumba.batch.tangents.follow import EVENT, SIGNAL, Crossing, Follower, Found, Look, Trodden
 from lienumba.batch.tangents.marcher import Marcher, Start
 from lienumba.batch.tangents.parts import in_parts
 from lienumba.compiler.rows import W
+from lienumba.engine.sensitivities.noting import Noted, noted
 from lienumba.engine.sensitivities.seeds import starts_of
-from lienumba.integrators import layout
-from lienumba.integrators.drivers.trail import HEAD, SAMPLES, STEPS, Trail
+from lienumba.integrators.drivers.trail import HEAD, STEPS
 from lienumba.integrators.tracing.machine import aligned
 from lienumba.integrators.tracing.tangents.jumps import JUMP, NOTHING, Jumps, Where
 from lienumba.integrators.tracing.tangents.kernels import Asked, compiled
@@ -22,7 +22,6 @@ from lienumba.mechanics.mechanism.model import NONE, Model
 from lienumba.scenario.resolve import Scenario
 from lienumba.scenario.start.prepare import Nominal
 
-FIRST_ENTRIES = 4096  # of a trail where a tolerance chooses steps, at first
 TOGETHER = 1e-6  # of a step: what turns within it turns at once
 
 
@@ -51,9 +50,13 @@ def differentiate(
     asked = Asked(starts.active, variables)
     machine = compiled(model, starts.method, starts.selection, fixed, asked)
     marcher, found = Marcher(machine, batch.iterations, batch.tolerance), []
-    for run, good in enumerate(starts.good & wanted):
-        one = batch.part(np.array([run]))
-        found.append(_of_run(one, model, starts.starts[run], marcher, len(by)) if good else None)
+    good, states = starts.good & wanted, bool(machine.instead or machine.jumps.comparisons or kept(model))
+    for first in range(0, len(labels), W):
+        group = [run for run in range(first, min(first + W, len(labels))) if good[run]]
+        ways = iter(noted(batch.part(np.array(group, int)), [starts.starts[run].jumps for run in group], states))
+        for run in range(first, min(first + W, len(labels))):
+            here = good[run]
+            found.append(_of_run(batch, next(ways), model, starts.starts[run], marcher, len(by)) if here else None)
     events, records = len(model.events), len(kept(model))
     shapes = (len(batch.outputs) + 1, marcher.record_rows), (events,), (records,)
     records_, times, signals = (np.full((*shape, len(by)), np.nan) for shape in shapes)
@@ -65,9 +68,9 @@ def differentiate(
     )  # fmt: skip
 
 
-def _of_run(batch: Batch, model: Model, start: Start, marcher: Marcher, inputs: int) -> Found:
-    """Of one run, by packs of inputs."""
-    trodden, looks, signals = _trodden(batch, model, start, marcher.machine.jumps)
+def _of_run(batch: Batch, way: Noted, model: Model, start: Start, marcher: Marcher, inputs: int) -> Found:
+    """Of one run of a batch, by packs of inputs."""
+    trodden, looks, signals = _trodden(batch, way, model, start, marcher.machine.jumps)
     if marcher.machine.instead:
         trodden = in_parts(trodden, marcher, marcher.begin(start, slice(0, 0)))
     found, events = [], len(model.events)
@@ -93,20 +96,21 @@ def _of_run(batch: Batch, model: Model, start: Start, marcher: Marcher, inputs: 
     return Found(records, times, values, found[0].rates, flags)
 
 
-def _trodden(batch: Batch, model: Model, start: Start, jumps: Jumps) -> tuple[Trodden, list[Look], list[int]]:
+def _trodden(
+    batch: Batch, way: Noted, model: Model, start: Start, jumps: Jumps
+) -> tuple[Trodden, list[Look], list[int]]:
     """What a run goes through, and what is looked at on the way."""
-    entries, chunk = _noted(batch) if batch.machine.queued else _stepped(batch, start.jumps)
-    looks = [Look(float(t), EVENT, n) for n, t in enumerate(chunk.event_times[0]) if t == t]
+    looks = [Look(float(t), EVENT, n) for n, t in enumerate(way.event_times) if t == t]
     records, names = kept(model), [event.name for event in model.events]
     for n, x in enumerate(records):
-        t = chunk.kept[0, n, 1]
+        value, t = (float(x) for x in way.kept[n, :2])
         if (x.condition == NONE or x.event) and x.value != NONE and np.isfinite(t):
             event = names.index(x.event) if x.event else NONE
-            looks.append(Look(float(t), SIGNAL, n, float(chunk.kept[0, n, 0]), event))
+            looks.append(Look(t, SIGNAL, n, value, event))
     asked = [max(x.value, 0) for x in records]
     looks.sort()
-    crossings = _crossings(jumps, start, entries)
-    return Trodden(entries, start.jumps, start.jump_tangents, batch.plan, crossings), looks, asked
+    crossings = _crossings(jumps, start, way.entries)
+    return Trodden(way.entries, start.jumps, start.jump_tangents, batch.plan, crossings), looks, asked
 
 
 def _crossings(jumps: Jumps, start: Start, entries: np.ndarray) -> dict[int, list[Crossing]]:
@@ -132,42 +136,3 @@ def _crossings(jumps: Jumps, start: Start, entries: np.ndarray) -> dict[int, lis
             part = min(part for part, _ in together.values())
             found.setdefault(k, []).append(Crossing(jumps, tuple(together), part, leaps))
     return found
-
-
-def _noted(batch: Batch) -> tuple[np.ndarray, Chunk]:
-    """By the trail of a queue."""
-    entries = FIRST_ENTRIES if batch.h is None else 64 + round(batch.end / batch.h)
-    width = HEAD + layout.state_rows(batch.machine.sizes) + batch.machine.sizes.switched
-    while True:
-        trail = Trail(np.full((W, entries, width), np.nan), np.zeros(W, np.int64))
-        chunk = integrate(replace(batch, trail=trail), slice(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64))
-        count = int(trail.counts[0])
-        if count <= entries:
-            return trail.entries[0, :count], chunk
-        entries = count
-
-
-def _stepped(batch: Batch, jumps: np.ndarray) -> tuple[np.ndarray, Chunk]:
-    """Steps of one length, cut where F may jump."""
-    assert batch.h is not None
-    grid = replace(batch, outputs=np.arange(round(batch.last / batch.h) + 1) * batch.h)
-    chunk = integrate(grid, slice(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64))
-    states = chunk.records[0, :, :, 0]
-    whole = np.arange(round(chunk.ends[0] / batch.h) + 1) * batch.h  # the ends of uncut steps
-    ends = np.union1d(whole, jumps[(jumps > 0.0) & (jumps < whole[-1])])[1:]
-    begins = np.concatenate([whole[:1], ends[:-1]])
-    uncut = np.isin(begins, whole) & np.isin(ends, whole)
-    state = layout.state_rows(batch.machine.sizes)
-    found = np.full((len(ends), HEAD + state + batch.machine.sizes.switched), np.nan)
-    found[:, :HEAD] = np.stack(
-        [np.full(len(ends), STEPS), begins, ends, np.where(uncut, batch.h, 0.0)], axis=1
-    )  # fmt: skip
-    known = np.isin(ends, whole)
-    found[known, HEAD : HEAD + state] = states[np.searchsorted(whole, ends[known]), :state]
-    if batch.machine.kernels[layout.SAMPLE] == 0:
-        return found, chunk
-    sampled = np.flatnonzero(np.isin(ends, jumps))  # the state that is stored is the one behind the samples
-    samples = found[sampled].copy()
-    samples[:, 0], samples[:, 1], samples[:, 2:HEAD] = SAMPLES, samples[:, 2], 0.0
-    found[sampled, HEAD:] = np.nan
-    return np.insert(found, sampled + 1, samples, axis=0), chunk
