@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from lienumba.present.html.page import report as report
     from lienumba.scenario.system import System as System
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = [
     "Fit",
     "Kernels",
