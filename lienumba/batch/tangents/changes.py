@@ -38,12 +38,14 @@ from lienumba.integrators.layout import (
 
 AT_REST = 1e-9  # of the largest speed in an impact: what is no faster has been stopped
 SAME = 1e-6  # relative difference of two tangents of a time, or of two coefficients, that say the same
-SIMULTANEOUS, GRAZING, REDUCED, MISSING = 1, 2, 4, 8  # flags: see `FLAGS`
+GRAZES = 1e-4  # of the usual rate of a condition in a run: where it comes true more slowly, it grazes
+SIMULTANEOUS, GRAZING, REDUCED, MISSING, TOUCHED = 1, 2, 4, 8, 16  # flags: see `FLAGS`
 FLAGS = {
     SIMULTANEOUS: "conditions come true at one time, and inputs would part them: the derivative holds for this order",
     GRAZING: "a condition comes true almost without changing: its time has no derivative",
     REDUCED: "impulses in which friction of a joint slides, or the rebound was reduced, have no derivative",
     MISSING: "the run failed, or no run begins where its inputs differ a little",
+    TOUCHED: "an event that changes nothing comes true almost without changing: its time has no derivative",
 }
 FATAL = GRAZING | REDUCED  # behind which nothing is known
 
@@ -67,6 +69,16 @@ def cause(marcher: Marcher, point: Point, along: np.ndarray, condition: int) -> 
     rate -= own
     with np.errstate(divide="ignore", invalid="ignore"):
         return Cause(-held / rate, rate)
+
+
+def usual_rates(marcher: Marcher, states: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """How fast conditions change on average between these states (times, rows) of a run (1/s)."""
+    rows, none = layout.event_rows(marcher.machine.sizes), np.zeros((states.shape[1], W))
+    lanes = (np.repeat(x[:, None], W, axis=1) for x in states)
+    points = (Point(np.stack([x, none]), float(t)) for x, t in zip(lanes, times, strict=True))
+    values = np.array([marcher.evaluate(layout.EVENTS, point, rows)[0, :, 0] for point in points])
+    rates: np.ndarray = np.ptp(values, axis=0) / np.ptp(times)
+    return rates
 
 
 def act(marcher: Marcher, point: Point, plan: Plan, event: int) -> None:

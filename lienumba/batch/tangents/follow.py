@@ -7,6 +7,7 @@ of steps is read off a step of the same method that ends there.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ AT_END = 1e-10  # of the time of a change: what is seen so near to it is seen at
 MARGIN = 1e-6  # of a step: so far before a bend of forces it ends, and behind it goes on,
 ROUNDED = 4.0  # and at least so many roundings of the time
 REFINEMENTS = 8  # of the place of a bend
+USUAL = 16  # states of a run by which the usual rates of conditions are known
 REST = 1e-4  # of a step that ends with a change: its last part, in which a body may come to rest
 
 
@@ -332,9 +334,11 @@ class Follower:
             first = changes.Cause(np.zeros(len(there.moves)) if moves is None else moves, np.inf)
         else:
             first = known[causes[0]]
+            if self._grazes(causes[0], first.rate):
+                first = known[causes[0]] = first._replace(tangents=np.full_like(first.tangents, np.nan))
         if not np.isfinite(first.tangents).all():
             self.found.flags |= changes.GRAZING
-        apart = (x for x in known.values() if not np.allclose(x.tangents, first.tangents, changes.SAME, 0.0))
+        apart = (x for x in known.values() if not np.allclose(x.tangents, first.tangents, changes.SAME, 0.0, True))
         if np.isfinite(first.rate) and any(True for _ in apart):
             self.found.flags |= changes.SIMULTANEOUS
         there.x[1] += along[:, None] * first.tangents
@@ -347,6 +351,20 @@ class Follower:
             elif not self._see(look, there):
                 later.insert(0, look)
         self.looks = later
+
+    def _grazes(self, condition: int, rate: float) -> bool:
+        """Whether a condition comes true so slowly that its time has no derivative."""
+        return abs(rate) < changes.GRAZES * self._usual_rates[condition]
+
+    @cached_property
+    def _usual_rates(self) -> np.ndarray:
+        """Of all conditions, by states of the whole run."""
+        states = self.run.entries[:, HEAD : HEAD + self.marcher.rows]
+        known = np.flatnonzero((self.run.entries[:, 0] == STEPS) & ~np.isnan(states).any(axis=1))
+        chosen = known[np.linspace(0, len(known) - 1, USUAL).astype(int)] if len(known) > 1 else known
+        if len(chosen) < 2:
+            return np.zeros(layout.event_rows(self.marcher.machine.sizes))
+        return changes.usual_rates(self.marcher, states[chosen], self.run.entries[chosen, 2])
 
     def _along(self, times: np.ndarray, there: Point) -> np.ndarray:
         """How the state at the end of a step changes with the length of the step (rows,)."""
@@ -365,8 +383,11 @@ class Follower:
     def _cross(self, look: Look, part: np.ndarray, there: Point) -> None:
         """An event at which nothing changes; one that holds from the start on stays there."""
         if part[2, 0] > 0.0:
-            crossing = changes.cause(self.marcher, there, self._along(part, there), look.number)
-            self.found.times[look.number], self.found.rates[look.number] = crossing
+            moves, rate = changes.cause(self.marcher, there, self._along(part, there), look.number)
+            if self._grazes(look.number, rate):
+                self.found.flags |= changes.TOUCHED
+                moves = np.full_like(moves, np.nan)
+            self.found.times[look.number], self.found.rates[look.number] = moves, rate
         else:
             self.found.times[look.number], self.found.rates[look.number] = 0.0, np.inf
 

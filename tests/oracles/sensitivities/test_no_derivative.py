@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lienumba
-from lienumba.batch.tangents.changes import MISSING, SIMULTANEOUS
+from lienumba.batch.tangents.changes import GRAZING, MISSING, SIMULTANEOUS, TOUCHED
 from tests.oracles.changing import scenarios
 from tests.oracles.changing.scenarios import G
 from tests.oracles.sensitivities.differences import apart, derivatives, differences
@@ -73,6 +73,17 @@ def test_how_fast_a_condition_grows_is_beside_the_time() -> None:
     data["events"] = [{"name": "up", "when": "pivot.rate > 0"}, {"name": "turn", "when": "pivot.angle < -1.19999999"}]
     ds = derivatives(data | {"integrator": data["integrator"] | {"end_time": 2.0}}, ["event_time"], {"gravity[2]": -G})
     assert float(ds.event_rate[1]) < 1e-3 < float(ds.event_rate[0])
+
+
+@pytest.mark.parametrize(("action", "flag"), [("record", TOUCHED), ("stop", GRAZING)])
+def test_an_event_that_grazes_its_condition_is_flagged(action: str, flag: int) -> None:
+    """Nearer to the highest point of a swing: its rate stays beside it."""
+    data = pendulum()
+    data["events"] = [{"name": "turn", "when": "pivot.angle < -1.1999999999", "action": action}]
+    ds = derivatives(data | {"integrator": data["integrator"] | {"end_time": 2.0}}, ["event_time"], {"gravity[2]": -G})
+    assert int(ds.sensitivity_flags) == flag
+    assert np.isnan(ds.d_event_time).all()
+    assert 0.0 < abs(float(ds.event_rate[0])) < 1e-4
 
 
 # ---------------------------------------------------------------- refused
