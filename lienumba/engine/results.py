@@ -239,10 +239,12 @@ class Results:
     def _named(self, asked: str, fields: Iterable[Field], taken: Sequence[str]) -> list[Field]:
         """Each of these fields once; a ScenarioError if the dataset has another variable of that name."""
         found = {field.name: field for field in fields if all(field.shape)}
+        requirements = {requirement.name for requirement in self.resolved.data.model.requirements}
         for name in found:
             if name in taken or is_taken(name):
+                place = "requirements" if name in requirements else asked  # whose formula is a measure of their name
                 raise ScenarioError(
-                    f"{asked}: gives {name}, but the dataset has a variable of this name already; give one of the two "
+                    f"{place}: gives {name}, but the dataset has a variable of this name already; give one of the two "
                     "another name"
                 )
         return list(found.values())

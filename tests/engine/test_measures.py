@@ -316,6 +316,12 @@ def test_names_that_are_taken_are_refused() -> None:
         assert sentence in str(caught.value)
 
 
+def test_the_formula_of_a_requirement_that_has_the_name_of_a_quantity_is_refused_as_a_requirement() -> None:
+    asked = [{"name": "p", "value": "max(p.z)", "below": 1.0, "probability": 0.9}]
+    with pytest.raises(ScenarioError, match=r"^requirements: gives p, but the dataset has a variable"):
+        lienumba.run(THROW | {"requirements": asked, "integrator": {"step": 0.1, "end_time": 1.0}})
+
+
 def test_noise_is_measured_sample_by_sample() -> None:
     """Steps land on the samples of a noise that is held: means and extremes are those of the samples."""
     data = SPRING | {

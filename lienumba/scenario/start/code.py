@@ -27,7 +27,7 @@ from lienumba.words import listed, show, suggestion
 
 REMEDIES = (  # of errors of Python, by what they say
     (
-        "cannot determine Numba type",
+        "determine Numba type",
         "calls a function of Numba on a number of the state",
         "decorate it with @lienumba.jit instead",
     ),

@@ -134,6 +134,10 @@ CALLS = {
         law("def f(j):\n    return np.sin(j.angle)\n"),
         f"{IN}5, `return np.sin(j.angle)` calls NumPy on a number of the state; use the functions and Vec",
     ),
+    "njit": (
+        law("import numba\n\n\n@numba.njit\ndef g(x): return x\n\n\ndef f(j):\n    return j.effort(g(j.angle))\n"),
+        f"{IN}12, `return j.effort(g(j.angle))` calls a function of Numba on a number of the state; decorate it",
+    ),
     "norm of numpy": (
         body("def f(b):\n    return np.linalg.norm(b.velocity)\n"),
         f"{IN}5, `return np.linalg.norm(b.velo",
