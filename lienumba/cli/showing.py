@@ -157,6 +157,10 @@ def report(
             "-o", "--output", metavar="PAGE", help="An HTML file, replaced (default: DATASET's stem with .html)."
         ),
     ] = None,
+    check: Annotated[
+        int,
+        typer.Option("--check", metavar="N", min=0, help="Recompute N runs by another engine, and show differences."),
+    ] = 0,
     allow_code: AllowCodeOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -166,7 +170,7 @@ def report(
 
         target = output if output is not None else Path(f"{file.stem}.html")
         with console.progress(quiet) as tell:
-            report(file, target, allow_code=allow_code, progress=tell)
+            report(file, target, allow_code=allow_code, check=check, progress=tell)
         if not quiet:
             console.say(f"written to {target}, {target.stat().st_size / 1e6:.1f} MB; open it in a browser")
 

@@ -61,8 +61,8 @@ def swept() -> Any:
     return lienumba.run(pendulum())
 
 
-def page_of(ds: Any, name: str = "pendel.nc", allow_code: bool = False) -> str:
-    return page(ds, name, allow_code, lambda event: None)
+def page_of(ds: Any, name: str = "pendel.nc", allow_code: bool = False, check: int = 0) -> str:
+    return page(ds, name, allow_code, lambda event: None, check)
 
 
 CAPTION = re.compile(r"<figcaption>(.*?)</figcaption><div class=\"plot\" style=\"height: \d+px\" data-chart")

@@ -31,7 +31,7 @@ STATE = ("position", "rotation", "velocity", "angular_velocity")  # by which eng
 AGREE = 1e-9  # relative to the largest value of a variable: differences of roundoff in some hundred steps
 SMALLEST_SCALE = 1e-6  # in SI units: of a variable that is zero but for roundoff
 STORED = 10  # times at which the engines are compared
-DROPPED = ("measures", "requirements", "study")  # sections that look at runs and do not move them
+DROPPED = ("measures", "requirements", "sensitivities", "study")  # sections that look at runs and do not move them
 
 
 @dataclass(frozen=True)

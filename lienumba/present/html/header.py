@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import xarray as xr
 
@@ -20,16 +20,17 @@ from lienumba.store.study_layout import grid_of, is_study
 from lienumba.words import listed, plural
 
 
-def header(ds: xr.Dataset, told: Markup | None = None) -> Markup:
-    """Title, verdict, and what the runs are of; told: the verdict, where it is not one of runs or of a study."""
+def header(ds: xr.Dataset, told: Markup | None = None, doubts: Sequence[str] = ()) -> Markup:
+    """Title, verdict, and what the runs are of; told: the verdict, where it is not one of runs or of a study; doubts:
+    warnings beside those of the dataset."""
     failed = int((~ds["status"].isin(GOOD)).sum())
     title = element("h1", str(ds.attrs.get("title", "")) or "Untitled")
     if told is None:
         told = _study_verdict(ds, failed) if is_study(ds) else _verdict(ds)
-    warned = warnings_in(ds)
+    warned = [*warnings_in(ds), *doubts]
     ran = element("p", told, class_="verdict failed" if failed or warned else "verdict")
-    doubts = [element("p", sentence(f"warning: {text}")) for text in warned]
-    return join([title, *verdict.headline(ds), ran, *doubts, element("p", " · ".join(_size(ds)), class_="quiet")])
+    warnings = [element("p", sentence(f"warning: {text}")) for text in warned]
+    return join([title, *verdict.headline(ds), ran, *warnings, element("p", " · ".join(_size(ds)), class_="quiet")])
 
 
 def scenario_of(ds: xr.Dataset) -> Tables:

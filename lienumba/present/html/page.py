@@ -28,6 +28,7 @@ def report(
     output: str | os.PathLike[str],
     *,
     allow_code: bool = False,
+    check: int = 0,
     progress: Callable[[Progress], None] | None = None,
 ) -> None:
     """Write the report of a dataset: one HTML file that opens anywhere, offline, with the mechanism moving.
@@ -41,33 +42,39 @@ def report(
     allow_code : bool
         Run the Python code that the dataset brings, where the courses to be shown are not stored and have to be
         simulated again.
+    check : int
+        Recompute so many runs by the engine "numba", from start to end, and show how far they differ from the stored
+        ones, or why this engine cannot.
     progress : callable, optional
         Called with a `Progress` while runs are simulated again.
 
     Raises
     ------
     ScenarioError
-        Where the dataset is none of lienumba, or plotly is not installed.
+        Where the dataset is none of lienumba, `check` is no count, or plotly is not installed.
     """
     from lienumba.store.files import reading
     from lienumba.store.linear_layout import MODES
     from lienumba.store.outputs import whole
     from lienumba.store.targets import claimed
 
+    if isinstance(check, bool) or not isinstance(check, int) or check < 0:
+        raise ScenarioError.at("check", "must be a number of runs, at least 0", "give one such as 4", check)
     with claimed(output, "page", ENDINGS) as own:
         with reading(dataset, (MODES,)) as (ds, where):
             name = Path(where).name if isinstance(dataset, str | os.PathLike) else "dataset.nc"
-            text = page(ds, name, allow_code, progress or (lambda event: None))
+            text = page(ds, name, allow_code, progress or (lambda event: None), check)
         with whole(own) as partial:
             partial.write_text(text, encoding="utf-8")
 
 
-def page(ds: xr.Dataset, name: str, allow_code: bool, tell: Tell) -> str:
-    """The whole page; name: of the file of the dataset, as commands give it; tell: told of runs that go again."""
+def page(ds: xr.Dataset, name: str, allow_code: bool, tell: Tell, check: int = 0) -> str:
+    """The whole page; name: of the file of the dataset, as commands give it; tell: told of runs that go again; check:
+    how many runs another engine recomputes."""
     from lienumba.present.html.sections import sections_of
 
     library = _library()
-    header, sections, extra = sections_of(ds, name, allow_code, tell)
+    header, sections, extra = sections_of(ds, name, allow_code, tell, check)
     data = {"charts": {key: x.data for part in sections for key, x in part.charts.items()}, **extra}
     links = element("nav", *(element("a", part.title, href=f"#{part.key}") for part in sections))
     parts = (element("section", element("h2", part.title), part.body, id=part.key) for part in sections)

@@ -166,6 +166,26 @@ def test_the_page_of_a_large_sweep_stays_small():
     assert "of 2,000 runs 1,500 are drawn, evenly over their labels; all count" in Read(text).text
 
 
+@pytest.mark.release
+def test_runs_that_another_engine_recomputes():
+    wrong = swept().copy(deep=True)
+    wrong["velocity"].loc[{"run": 39}] *= 1.0 + 1e-6
+    text = Read(page_of(wrong, check=2)).text
+    assert "1 of 2 recomputed runs agree from start to end with the stored numbers" in text
+    assert 'warning: the engine "numba" gives other numbers for run 39' in text
+    assert "lienumba report pendel.nc --check 2" in text
+
+
+def test_what_another_engine_cannot_recompute_says_why():
+    ds = lienumba.run(pendulum(integrator__coordinates="joint"), runs=[5])
+    page = Read(page_of(ds, check=2))
+    assert "Recomputed by another engine" in page.text
+    assert 'integrator.coordinates = "joint": the engine "numba" does not support other coordinates' in page.text
+    assert "warning" not in page.text
+    with pytest.raises(ScenarioError, match="check = true: must be a number of runs"):
+        lienumba.report(ds, "no.html", check=True)
+
+
 def test_the_command(tmp_path):
     file = tmp_path / "pendel.nc"
     write(swept(), file)
