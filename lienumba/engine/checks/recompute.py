@@ -133,7 +133,7 @@ def compare_run(there: "xr.Dataset", here: "xr.Dataset", nudged: "xr.Dataset") -
         units = _scaled(one[name])
         scales[units] = max(scales.get(units, 0.0), float(np.nanmax(np.abs(one[name].values), initial=0.0)))
     found = [(_difference(one[name], other[name], scales), _limit(other[name], nudged[name], scales)) for name in names]
-    worst, limit = max(found, key=lambda x: x[0].relative / x[1])
+    worst, limit = max(found, key=lambda x: x[0].relative / min(x[1], 1.0))
     stored, computed = (NAMES[int(ds["status"].item())] for ds in (there, here))
     return Recomputed(worst.run, stored, computed, len(names), worst, limit)
 
@@ -158,6 +158,6 @@ def _difference(one: "xr.DataArray", other: "xr.DataArray", scales: dict[str, fl
 
 
 def _scaled(x: "xr.DataArray") -> str:
-    """The unit by whose largest value a variable is measured."""
+    """By whose largest value a variable is measured: its unit, or itself where that says nothing."""
     units = str(x.attrs.get("units", "1"))
-    return ARM.get(units, units)
+    return ARM.get(units, units) if units != "1" else f"{x.name} alone"

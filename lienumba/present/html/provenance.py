@@ -24,7 +24,8 @@ ENGINE = 'the engine "numba"'
 MOST_REASONS = 5
 LEGEND = (
     "Each row has the variable whose difference is largest beside its tolerance. Relative differences are to the "
-    "largest value of the same unit in the run; torques are also measured by forces at an arm of 1 m. The tolerance is "
+    "largest value of the same unit in the run, of the variable itself where it has none; torques are also measured by "
+    "forces at an arm of 1 m. The tolerance is "
     "1e-9, or more where the motion amplifies roundoff: ten times the difference of two runs whose starts differ by "
     "roundoff. The start, the choice of redundant rows, formulas of time and what is computed from stored states are "
     "common to both engines."

@@ -62,6 +62,14 @@ def test_a_spherical_joint_has_torques_of_roundoff():
     assert compare_run(run(), other, other).verdict == "agrees"
 
 
+def test_a_large_number_without_a_unit_hides_no_rotation():
+    stored, other = run(), run()
+    for ds in (stored, other):
+        ds["large"] = ds["energy"].copy(data=np.full(ds["energy"].shape, 1e6)).assign_attrs(units="1")
+    other["rotation"].values[0, -1, 0, 0, 0] += 1e-6
+    assert compare_run(stored, other, other).differs
+
+
 @pytest.mark.parametrize(
     ("keys", "rule"),
     [({"integrator.coordinates": "joint"}, "other coordinates"), ({"integrator.group": "SE3"}, "other groups")],
