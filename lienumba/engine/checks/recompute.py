@@ -35,12 +35,12 @@ if TYPE_CHECKING:
     from lienumba.engine.simulate import Runs, Tell
     from lienumba.scenario.start.prepare import Prepared
 
-NAMES = {x.code: x.name for x in STATUSES}
-ENDS = [NAMES[code] for code in GOOD]
-ARM = {"N m": "N"}  # units of one scale
+STATUS_NAMES = {x.code: x.name for x in STATUSES}
+GOOD_ENDS = [STATUS_NAMES[code] for code in GOOD]
+SHARED_SCALES = {"N m": "N"}  # units of one scale
 ULPS = 4  # by which roundoff may move a number that is stored in fewer digits
 NUDGE = 2.0**-46  # relative change of the start: about the roundoff of a thousand steps
-MARGIN = 10.0  # of roundoff, which is no measure but an estimate
+ROUNDOFF_MARGIN = 10.0  # of roundoff, which is no measure but an estimate
 UNDECIDED = 1e-3  # relative: where roundoff grows beyond it, agreement would mean nothing
 
 
@@ -59,7 +59,7 @@ class Recomputed:
     @property
     def comparable(self) -> bool:
         """Whether both engines reached the end, and the motion does not depend on roundoff."""
-        failed = self.stored in ENDS and self.computed not in ENDS
+        failed = self.stored in GOOD_ENDS and self.computed not in GOOD_ENDS
         return not failed and self.tolerance <= UNDECIDED
 
     @property
@@ -128,23 +128,27 @@ def compare_run(there: "xr.Dataset", here: "xr.Dataset", nudged: "xr.Dataset") -
     one, other = common(there, here)
     left = (START_STATE, RELATIVE_DRIFT, *kept_largest(), *(x.name for x in kept_largest().values()))
     names = [str(name) for name, x in one.data_vars.items() if x.dtype.kind == "f" and x.size and name not in left]
-    scales: dict[str, float] = {}
+    if not names:
+        raise ScenarioError("the dataset has no variable of a motion")
+    run, scales = int(there["run"].values[0]), dict[str, float]()
     for name in names:
         units = _scaled(one[name])
         scales[units] = max(scales.get(units, 0.0), float(np.nanmax(np.abs(one[name].values), initial=0.0)))
-    found = [(_difference(one[name], other[name], scales), _limit(other[name], nudged[name], scales)) for name in names]
+    found = [
+        (_difference(one[name], other[name], scales, run), _limit(other[name], nudged[name], scales)) for name in names
+    ]
     worst, limit = max(found, key=lambda x: x[0].relative / min(x[1], 1.0))
-    stored, computed = (NAMES[int(ds["status"].item())] for ds in (there, here))
-    return Recomputed(worst.run, stored, computed, len(names), worst, limit)
+    stored, computed = (STATUS_NAMES[int(ds["status"].item())] for ds in (there, here))
+    return Recomputed(run, stored, computed, len(names), worst, limit)
 
 
 def _limit(one: "xr.DataArray", other: "xr.DataArray", scales: dict[str, float]) -> float:
     """By how much a variable may differ relatively; other: of another roundoff, at more times perhaps."""
-    grown = _difference(one, other.reindex_like(one), scales).relative
-    return max(AGREE, ULPS * float(np.finfo(one.dtype).eps), MARGIN * grown)
+    grown = _difference(one, other.reindex_like(one), scales, 0).relative
+    return max(AGREE, ULPS * float(np.finfo(one.dtype).eps), ROUNDOFF_MARGIN * grown)
 
 
-def _difference(one: "xr.DataArray", other: "xr.DataArray", scales: dict[str, float]) -> Difference:
+def _difference(one: "xr.DataArray", other: "xr.DataArray", scales: dict[str, float], run: int) -> Difference:
     """The largest of a variable of one run; scales: the largest value of each unit."""
     a, b = one.values.astype(float), other.transpose(*one.dims).values.astype(float)
     with np.errstate(invalid="ignore"):
@@ -153,11 +157,11 @@ def _difference(one: "xr.DataArray", other: "xr.DataArray", scales: dict[str, fl
     place = np.unravel_index(int(apart.argmax()), apart.shape)
     timed = "time" in one.dims
     time = float(one["time"].values[place[one.dims.index("time")]]) if timed else np.nan
-    units, run = str(one.attrs.get("units", "1")), int(one[str(one.dims[0])].values[0])
+    units = str(one.attrs.get("units", "1"))
     return Difference(str(one.name), units, float(apart.max()), scales[_scaled(one)], run, time)
 
 
 def _scaled(x: "xr.DataArray") -> str:
     """By whose largest value a variable is measured: its unit, or itself where that says nothing."""
     units = str(x.attrs.get("units", "1"))
-    return ARM.get(units, units) if units != "1" else f"{x.name} alone"
+    return SHARED_SCALES.get(units, units) if units != "1" else f"{x.name} alone"

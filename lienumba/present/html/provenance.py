@@ -22,13 +22,12 @@ if TYPE_CHECKING:
 
 ENGINE = 'the engine "numba"'
 MOST_REASONS = 5
-LEGEND = (
+CHECK_LEGEND = (
     "Each row has the variable whose difference is largest beside its tolerance. Relative differences are to the "
     "largest value of the same unit in the run, of the variable itself where it has none; torques are also measured by "
-    "forces at an arm of 1 m. The tolerance is "
-    "1e-9, or more where the motion amplifies roundoff: ten times the difference of two runs whose starts differ by "
-    "roundoff. The start, the choice of redundant rows, formulas of time and what is computed from stored states are "
-    "common to both engines."
+    "forces at an arm of 1 m. The tolerance is 1e-9, or more where the motion amplifies roundoff: ten times the "
+    "difference of two runs whose starts differ by roundoff. The start, the choice of redundant rows, formulas of time "
+    "and what is computed from stored states are common to both engines."
 )
 
 
@@ -58,7 +57,7 @@ def recomputed(found: Sequence[Recomputed] | str) -> Section:
         for x in found
     ]  # fmt: skip
     headings = ("run", "verdict", "variable", "time", "difference", "relative", "tolerance", "variables compared")
-    legend = element("p", LEGEND, class_="quiet")
+    legend = element("p", CHECK_LEGEND, class_="quiet")
     return section("recomputed", title, element("p", sentence(whole)), table(headings, rows, 3), legend)
 
 
