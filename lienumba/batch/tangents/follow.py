@@ -5,7 +5,7 @@ state, of what is sampled. Where a step ends at an event, its end moves with the
 of steps is read off a step of the same method that ends there.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -17,7 +17,16 @@ from lienumba.batch.tangents.marcher import Marcher, Point
 from lienumba.integrators import layout
 from lienumba.integrators.drivers.trail import ACTS, CAUSES, CLOSES, GOES_ON, HEAD, KICKS, SAMPLES, STEPS
 from lienumba.integrators.drivers.workspace import Plan
-from lienumba.integrators.layout import ACTION, ENGAGES, LOCKS
+from lienumba.integrators.layout import (
+    ACTION,
+    CONDITIONS,
+    ENGAGES,
+    LOCKS,
+    OFF,
+    SWITCH_FIRST,
+    SWITCH_KIND,
+    UNILATERAL,
+)
 from lienumba.integrators.tracing.tangents.jumps import Jumps, Where
 
 EVENT, SIGNAL = range(2)  # what a look is at, in this order at one time
@@ -132,13 +141,30 @@ class Follower:
         return self.found
 
     def _causes(self, n: int) -> list[int]:
-        """The conditions that come true at the end of a step, and change something or end the run there."""
+        """The conditions that come true at the end of a step, and change something or end the run there; behind them
+        those of other contacts that close by this change."""
         entries, end = self.run.entries, self.run.entries[n, 2]
-        found = [int(x[2]) for x in _behind(entries, n) if x[0] == CAUSES]
+        change = _behind(entries, n)
+        found = [int(x[2]) for x in change if x[0] == CAUSES]
+        if found:
+            found += [x for x in self._closed_by(change) if x not in found]
         if n == len(entries) - 1:
             stops = self.run.plan.stops
             found += [x.number for x in self.looks if x.kind == EVENT and x.t == end and stops[x.number]]
         return found
+
+    def _closed_by(self, change: Sequence[np.ndarray]) -> Iterator[int]:
+        """The conditions of contacts that are open and take part in a change: of all that close at one time the run
+        has noted the first one alone."""
+        sizes, switches = self.marcher.machine.sizes, self.run.plan.switches
+        on = layout.on_row(sizes)
+        for s, switch in enumerate(switches):
+            if switch[SWITCH_KIND] != UNILATERAL or self.point.x[0, on + s, 0] != OFF:
+                continue
+            impulse = switch[SWITCH_FIRST] - sizes.switched
+            pushed = any(entry[0] == KICKS and entry[impulse] != 0.0 for entry in change)
+            if pushed or any(entry[0] == GOES_ON and entry[HEAD + on + s] != OFF for entry in change):
+                yield sizes.events + CONDITIONS * s
 
     def _smooth(self) -> np.ndarray:
         """Which entries are steps that can be made one after the other."""
