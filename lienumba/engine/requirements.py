@@ -48,6 +48,11 @@ class Judged:
             found = np.minimum(values - low, high - values)
         return np.where(np.isin(records["status"], GOOD), found, np.nan)
 
+    def rises(self, value: float) -> bool:
+        """Whether the margin grows with the value."""
+        low_high = self.requirement.between
+        return self.requirement.above is not None if low_high is None else 2.0 * value < sum(low_high)
+
     def met(self, margins: np.ndarray, good: np.ndarray) -> np.ndarray:
         """Whether runs meet it (runs,): 1, 0, or -1 where a run does not count; limits of `between` are good."""
         enough = margins >= 0.0 if self.requirement.between is not None else margins > 0.0

@@ -1,6 +1,6 @@
 """Where failures are most probable, and the probability if the limit were a plane there."""
 
-from math import inf, sqrt
+from math import inf, isfinite, sqrt
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ ITERATIONS = 40
 CLOSE = 1e-3  # to the limit, relative to the margin at the origin, or to where the point was
 APART = 1.0  # distances from which design points are different ones
 STARTS = 10
+PARTS = 0.5 ** np.arange(1.0, 6.0)  # of a step
 
 
 def form(margins: Margins, dimensions: int, runs: int, seed: int, confidence: float) -> Estimate:
@@ -51,28 +52,32 @@ def design_points(margins: Margins, d: int, seed: int) -> tuple[np.ndarray, floa
 
 
 def _nearest(margins: Margins, z: np.ndarray, size: float) -> tuple[np.ndarray | None, int]:
-    """From a start to the nearest point of the limit, None if it is not found; and the runs that this took."""
-    taken = 0
+    """From a start to the nearest point of the limit, None if it is not found; and the runs that this took. Only a full
+    step that leads to nothing better is tried in parts."""
+    g, slope, taken = gradient(margins, z)
     for _ in range(ITERATIONS):
-        g, slope, count = gradient(margins, z)
-        square, taken = float(slope @ slope), taken + count
-        if not 0.0 < square < inf:
-            return None, taken
+        square = float(slope @ slope)
+        if not (0.0 < square < inf and isfinite(g)):
+            break
         target = (slope @ z - g) / square * slope
         if abs(g) <= CLOSE * size and np.linalg.norm(target - z) <= CLOSE * max(float(np.linalg.norm(z)), 1.0):
             return z, taken
         weight = 2.0 * max(float(np.linalg.norm(z)), 1.0) / sqrt(square)
 
         def merit(x: np.ndarray, value: Any, weight: float = weight) -> Any:
-            return 0.5 * (x * x).sum(axis=-1) + weight * abs(value)
+            return np.where(np.isfinite(value), 0.5 * (x * x).sum(axis=-1) + weight * abs(value), inf)
 
-        parts = 0.5 ** np.arange(6.0)
-        tried = z + parts[:, None] * (target - z)
-        values = margins(tried)
-        taken += len(tried)
-        merits = np.where(np.isfinite(values), merit(tried, values), inf)
-        better = np.flatnonzero(merits < merit(z, g))
-        z = tried[better[0] if len(better) else int(np.argmin(merits))]
+        before, (g, slope, count) = merit(z, g), gradient(margins, target)
+        taken += count
+        if merit(target, g) < before:
+            z = target
+            continue
+        tried = z + PARTS[:, None] * (target - z)
+        merits = np.append(merit(target, g), merit(tried, margins(tried)))
+        better = np.flatnonzero(merits < before)
+        z = np.vstack([target, tried])[better[0] if len(better) else int(np.argmin(merits))]
+        g, slope, count = gradient(margins, z)
+        taken += len(tried) + count
     return None, taken
 
 

@@ -2,21 +2,23 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lienumba.batch.statuses import GOOD
 from lienumba.engine.results import Results
+from lienumba.engine.sensitivities.seeds import PLACES, differences
 from lienumba.engine.simulate import Progress, Runs, Tell, Threads, simulate
-from lienumba.errors import ScenarioError
-from lienumba.scenario.resolve import Scenario
+from lienumba.errors import Problem, ScenarioError
+from lienumba.scenario.resolve import Scenario, resolve
 from lienumba.scenario.start.design import draw
 from lienumba.scenario.start.prepare import check_initial
 from lienumba.store import provenance
 from lienumba.store.layout import MARGIN, RUN, VARIABLES, texts
 from lienumba.store.linear_layout import KIND, dataset
-from lienumba.store.names import one_of
+from lienumba.store.names import FLAGS, one_of
 from lienumba.store.shards import LABEL
 from lienumba.sweep.distributions.external import Column
 from lienumba.sweep.normal import probability
@@ -27,6 +29,8 @@ from lienumba.words import show
 
 if TYPE_CHECKING:
     import xarray as xr
+
+STEP = 1e-2  # of the differences of inputs, in standard deviations: of sixth order, so exact to 1e-9
 
 
 @dataclass
@@ -63,31 +67,72 @@ class Limit:
             raise ScenarioError("sweep.vary: is empty, so no run differs from another; give inputs and their scatter")
         self.nominal = check_initial(self.scenario)
         self.results = Results(self.scenario, self.nominal)
-        self.count = self.failed = 0
+        self.count = self.failed = self.derivatives = self.missing = 0
+        self.refused = ""
 
     @property
     def dimensions(self) -> int:
         return len(self.streams)
 
     def __call__(self, z: np.ndarray) -> np.ndarray:
+        return self._run(z, self.results)[MARGIN]
+
+    def gradient(self, z: np.ndarray) -> tuple[float, np.ndarray, int]:
+        """The margin at a point (d,), its exact gradient there, NaN where there is none, and the runs that this took."""
+        own, missing = self.differentiated, np.full(len(z), np.nan)
+        if own is None:
+            return np.nan, missing, 0
+        judged = self.results.judged[self.place]
+        name, place = judged.at
+        found = self._run(z[None], own, name, f"d_{name}", FLAGS)
+        self.derivatives += 1
+        margin, slopes = float(found[MARGIN][0]), found[f"d_{name}"][(0, *place)]
+        if found[FLAGS][0] or not np.isfinite(slopes).all():
+            self.missing += 1
+            return margin, missing, 1
+        sign = 1.0 if judged.rises(found[name][(0, *place)]) else -1.0
+        moved = self.inputs(np.vstack([z, z + STEP * np.kron(np.eye(len(z)), PLACES[:, None])]))
+        by_numbers = differences(np.stack([moved[path] for path in moved], axis=1), np.full(len(z), STEP))
+        return margin, sign * slopes @ by_numbers, 1
+
+    @cached_property
+    def differentiated(self) -> Results | None:
+        """What is kept of runs with derivatives of the margin; None, and why, where there are none."""
+        asked = {"of": [self.results.judged[self.place].at[0]]}
+        try:
+            resolved = resolve({**self.scenario.to_dict(), "sensitivities": asked}, counted=False)
+            return Results(resolved, self.nominal)
+        except ScenarioError as error:
+            self.refused = "; ".join(map(_reason, error.problems))
+            return None
+
+    @property
+    def notes(self) -> list[str]:
+        """A sentence where differences took the place of derivatives."""
+        part = f" at {self.missing:,} of {self.derivatives:,} points" if self.missing else ""
+        why = f": {self.refused}" if self.refused else ""
+        return [f"the margin has no exact derivatives{part}{why}"] if part or why else []
+
+    def _run(self, z: np.ndarray, results: Results, *more: str) -> dict[str, np.ndarray]:
+        """Margins, statuses and more variables of runs, in their order."""
         labels, samples = np.arange(self.count, self.count + len(z)), self.inputs(z)
-        found, codes = np.full(len(z), np.nan), np.zeros(len(z), np.int8)
-        runs = Runs(labels, samples, self.nominal)
-        before = self.count
+        before, parts = self.count, list[dict[str, np.ndarray]]()
 
         def tell(event: Progress) -> None:
             total = max(self.expected, before + event.total + 1)
             self.tell(Progress(event.stage, before + event.done, total, self.failed + event.failed))
 
-        for piece in simulate(runs, tell, Threads(self.results, self.workers)):
+        for piece in simulate(Runs(labels, samples, self.nominal), tell, Threads(results, self.workers)):
             own: Any = piece.tables["run"]
-            at = own[LABEL] - before
-            found[at], codes[at] = own[MARGIN][:, self.place], own["status"]
+            parts.append({name: own[name].copy() for name in (LABEL, MARGIN, "status", *more)})
+        order = np.argsort(np.concatenate([part[LABEL] for part in parts]))
+        found = {name: np.concatenate([part[name] for part in parts])[order] for name in parts[0]}
+        found[MARGIN] = found[MARGIN][:, self.place]
         self.count += len(z)
-        self.failed += int(np.count_nonzero(~np.isin(codes, GOOD)))
+        self.failed += int(np.count_nonzero(~np.isin(found["status"], GOOD)))
         self.samples.append(samples)
-        self.margins.append(found)
-        self.codes.append(codes)
+        self.margins.append(found[MARGIN])
+        self.codes.append(found["status"])
         return found
 
     def inputs(self, z: np.ndarray) -> dict[str, np.ndarray]:
@@ -120,8 +165,15 @@ class Limit:
         of = {"requirement": [self.requirement], "requirement_units": ("requirement", [self.units])}
         samples = {path: np.concatenate([x[path] for x in self.samples]) for path in self.samples[0]}
         every = {RUN[0]: np.arange(self.count), **of, **coordinates}
-        attributes = {KIND: kind, **said, "requirement": self.requirement, **more}
+        counts = {"runs_with_derivatives": self.derivatives, "notes": "\n".join(self.notes)}
+        attributes = {KIND: kind, **said, "requirement": self.requirement, **counts, **more}
         return dataset(variables, every, samples, {path: self.units_of(path) for path in samples}, attributes)
+
+
+def _reason(problem: Problem) -> str:
+    """Why there is no derivative, without the section that nobody wrote."""
+    what = problem.rule.partition("which ")[2]
+    return f"{show(problem.value)} {what}" if what else f"{problem.place} = {show(problem.value)}: {problem.rule}"
 
 
 def named(resolved: Scenario, requirement: str | None) -> str:

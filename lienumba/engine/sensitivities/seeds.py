@@ -82,15 +82,15 @@ def starts_of(
     for run in range(runs):
         mine = slice(copies * run, copies * (run + 1))
         changes = np.stack([steps[path][run] for path in by]) if by else np.zeros(0)
-        parameter_tangents = _differences(rows[mine], changes)
+        parameter_tangents = differences(rows[mine], changes)
         parameter_tangents[tables] = 0.0
         first = mine.start
         given = discontinuities(batch, slice(first, first + 1), 1)[0, :-1, 0]
         known = np.flatnonzero((jumps[first] > 0.0) & (jumps[first] <= batch.end * (1.0 + COINCIDENT)))
         known = known[np.argsort(jumps[first, known], kind="stable")][: len(given)]
-        moved = _differences(np.where(np.isfinite(jumps[mine]), jumps[mine], 0.0), changes)[known]
+        moved = differences(np.where(np.isfinite(jumps[mine]), jumps[mine], 0.0), changes)[known]
         starts.append(
-            Start(states[first], rows[first], given, _differences(states[mine], changes), parameter_tangents, moved)
+            Start(states[first], rows[first], given, differences(states[mine], changes), parameter_tangents, moved)
         )
     codes = prepared.codes.reshape(runs, copies)
     base = batch.part(np.arange(0, batch.runs, copies))
@@ -108,8 +108,8 @@ def _steps(values: np.ndarray) -> np.ndarray:
     return STEP * np.where(sizes > SMALLEST * largest, sizes, largest or 1.0)
 
 
-def _differences(rows: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """(rows, inputs) of what a run has (copies, rows): first as it is, then moved along each input."""
+def differences(rows: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Derivatives (rows, inputs) of what a run has (copies, rows): first as it is, then moved along each input."""
     moved = rows[1:].reshape(len(steps), len(PLACES), rows.shape[1])
     with np.errstate(invalid="ignore"):
         changes = np.einsum("k,ikr->ri", WEIGHTS, moved - rows[0])

@@ -17,7 +17,7 @@ WIDTH = 120  # where there is no terminal
 
 def print_rare(ds: "xr.Dataset") -> None:
     """The probability, its interval, and the nearest design point."""
-    output, count = wide_output(WIDTH), plural(ds.sizes["run"], "run", "runs")
+    output, count = wide_output(WIDTH), _count(ds)
     p, low, high = (float(ds[f"probability{name}"]) for name in ("", "_low", "_high"))
     name, confidence = show(ds.attrs["requirement"]), float(ds["probability"].attrs["confidence"])
     failed = int((ds["status"].values != 0).sum())
@@ -42,6 +42,7 @@ def print_rare(ds: "xr.Dataset") -> None:
     if ds.sizes["design_point"] > 1:
         others = ", ".join(f"{x:.3g}" for x in ds["distance"].values[1:])
         output.print(f"and at others {others} away (distance, design_...)", markup=False)
+    _print_notes(ds)
 
 
 def print_worst(ds: "xr.Dataset") -> None:
@@ -49,7 +50,7 @@ def print_worst(ds: "xr.Dataset") -> None:
     output = wide_output(WIDTH)
     found = ds.sel(run=int(ds["worst"]))
     margin, units = found[MARGIN].item(), str(ds["requirement_units"].item())
-    name, count = show(ds.attrs["requirement"]), plural(ds.sizes["run"], "run", "runs")
+    name, count = show(ds.attrs["requirement"]), _count(ds)
     if np.isnan(margin):
         said = "the run fails"
     elif np.isinf(margin):
@@ -60,3 +61,16 @@ def print_worst(ds: "xr.Dataset") -> None:
     rows = [[path, f"{float(found[path]):.6g}"] for path in inputs]
     title = f"{name}: the worst of {count} within {100 * float(ds.attrs['within']):.6g} % of each input: {said}, at"
     output.print(TextTable.of(["input"], ["value"], rows).on_terminal(title))
+    _print_notes(ds)
+
+
+def _count(ds: "xr.Dataset") -> str:
+    """How many runs there are, those with derivatives apart."""
+    exact = int(ds.attrs["runs_with_derivatives"])
+    count = plural(ds.sizes["run"] - exact, "run", "runs")
+    return f"{count} and {exact:,} with derivatives" if exact else count
+
+
+def _print_notes(ds: "xr.Dataset") -> None:
+    for line in filter(None, str(ds.attrs["notes"]).split("\n")):
+        wide_output(WIDTH).print(line, markup=False)
