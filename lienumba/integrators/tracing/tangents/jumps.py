@@ -5,7 +5,7 @@ mechanism are recorded as a graph, and evaluated for all states of a run at once
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,7 @@ from lienumba.numerics.number import Number
 
 UNKNOWN = ("call", "part", "gather")  # operations that are not evaluated here
 MEETS = 1e-3  # of the difference of two sides a step away: where it is smaller at the place itself, they meet
-HALVINGS = 60
+PARTS, DIVISIONS = 1024, 6  # of a line on which a comparison turns: its place is known to 2^-60 of it
 JUMP, KINK, NOTHING = "jump", "kink", "nothing"
 
 
@@ -48,7 +48,8 @@ class Where:
 @dataclass(frozen=True)
 class Jumps:
     """outputs: the loads and the rates of laws' states; comparisons: nodes that depend on the state, and the difference
-    of what each compares; changes: the tangents of these; rows: of a state, slots: parameters."""
+    of what each compares; changes: the tangents of these; rows: of a state, slots: parameters; orders: in which
+    nodes are evaluated."""
 
     outputs: tuple[Number, ...]
     comparisons: tuple[Symbol, ...]
@@ -56,6 +57,7 @@ class Jumps:
     changes: tuple[Number, ...]
     rows: int
     slots: int
+    orders: dict[tuple[int | None, ...], list[Symbol]] = field(default_factory=dict)
 
     @staticmethod
     @uncollected()
@@ -90,20 +92,24 @@ class Jumps:
 
     def holding(self, states: np.ndarray, parameters: np.ndarray, times: np.ndarray) -> np.ndarray:
         """Which comparisons hold (comparisons, states); states (states, rows)."""
-        found = _evaluated(self.guards, {"state": states.T, "parameters": parameters, "clock": [times]})
+        found = self._evaluated(self.guards, {"state": states.T, "parameters": parameters, "clock": [times]})
         return np.stack([np.broadcast_to(np.asarray(x) < 0.0, times.shape) for x in found])
 
     def place(self, n: int, begin: Where, end: Where) -> tuple[float, str]:
         """Where between two states a comparison turns, as a part of the line, and what the loads do there: one of
         `JUMP`, `KINK`, `NOTHING`."""
 
-        def guard(part: float) -> float:
-            return self.value(n, begin.towards(end, part))
+        def guards(parts: np.ndarray) -> np.ndarray:
+            state = begin.state[:, None] + parts * (end.state - begin.state)[:, None]
+            inputs = {"state": state, "parameters": begin.parameters, "clock": [begin.t + parts * (end.t - begin.t)]}
+            return np.broadcast_to(self._evaluated(self.guards[n : n + 1], inputs)[0], parts.shape)
 
-        low, high, before = 0.0, 1.0, guard(0.0) < 0.0
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if (guard(middle) < 0.0) == before else (low, middle)
+        low, width = 0.0, 1.0
+        before = guards(np.zeros(1))[0] < 0.0
+        for _ in range(DIVISIONS):
+            width /= PARTS
+            turned = (guards(low + width * np.arange(1.0, PARTS)) < 0.0) != before
+            low += width * (int(turned.argmax()) if turned.any() else PARTS - 1)
         there, aside, behind = (self._step_at(n, begin.towards(end, x)) for x in (low, 0.0, 1.0))
         if there > MEETS * max(aside, behind):
             return low, JUMP
@@ -131,20 +137,28 @@ class Jumps:
         self, outputs: tuple[Number, ...], where: Where, forced: Mapping[int, bool] | None = None, extra: Any = None
     ) -> list[Any]:
         inputs = {"state": where.state, "parameters": where.parameters, "clock": [where.t], "extra": extra}
-        return _evaluated(outputs, inputs, forced)
+        return self._evaluated(outputs, inputs, forced)
 
+    def _evaluated(
+        self, outputs: tuple[Number, ...], inputs: Mapping[str, Any], forced: Mapping[int, bool] | None = None
+    ) -> list[Any]:
+        """The outputs on arrays; forced: comparisons that hold, or do not."""
+        known: dict[int, Any] = {}
+        with np.errstate(all="ignore"):
+            for node in self._ordered(outputs):
+                if node.op == "input":
+                    array, row = node.args
+                    known[node.id] = inputs[array][row] if array != "clock" or row == 0 else np.nan
+                elif forced is not None and node.id in forced:
+                    known[node.id] = forced[node.id]
+                else:
+                    given = [known[x.id] if isinstance(x, Symbol) else x for x in node.args]
+                    known[node.id] = FUNCTIONS[node.op](*given)
+        return [known[x.id] if isinstance(x, Symbol) else x for x in outputs]
 
-def _evaluated(outputs: tuple[Number, ...], inputs: Mapping[str, Any], forced: Mapping[int, bool] | None = None) -> Any:
-    """The outputs on arrays; forced: comparisons that hold, or do not."""
-    known: dict[int, Any] = {}
-    with np.errstate(all="ignore"):
-        for node in live(outputs):
-            if node.op == "input":
-                array, row = node.args
-                known[node.id] = inputs[array][row] if array != "clock" or row == 0 else np.nan
-            elif forced is not None and node.id in forced:
-                known[node.id] = forced[node.id]
-            else:
-                given = [known[x.id] if isinstance(x, Symbol) else x for x in node.args]
-                known[node.id] = FUNCTIONS[node.op](*given)
-    return [known[x.id] if isinstance(x, Symbol) else x for x in outputs]
+    def _ordered(self, outputs: tuple[Number, ...]) -> list[Symbol]:
+        """The nodes that outputs need, in their order; found once."""
+        key = tuple(x.id if isinstance(x, Symbol) else None for x in outputs)
+        if key not in self.orders:
+            self.orders[key] = live(outputs)
+        return self.orders[key]
