@@ -21,7 +21,7 @@ class Differentiable(Protocol):
     """Margins that know derivatives."""
 
     def gradient(self, z: np.ndarray) -> tuple[float, np.ndarray, int]:
-        """The margin at a point (d,), its exact gradient there, NaN where there is none, and the runs that this took."""
+        """The margin at a point (d,), its exact gradient there, NaN where there is none, and the runs taken."""
         ...
 
 

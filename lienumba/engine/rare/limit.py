@@ -78,7 +78,7 @@ class Limit:
         return self._run(z, self.results)[MARGIN]
 
     def gradient(self, z: np.ndarray) -> tuple[float, np.ndarray, int]:
-        """The margin at a point (d,), its exact gradient there, NaN where there is none, and the runs that this took."""
+        """The margin at a point (d,), its exact gradient there, NaN where there is none, and the runs taken."""
         own, missing = self.differentiated, np.full(len(z), np.nan)
         if own is None:
             return np.nan, missing, 0

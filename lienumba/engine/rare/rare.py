@@ -71,8 +71,8 @@ def rare(
         `probability` with `probability_low` and `probability_high`; of all runs that were simulated the inputs, their
         `status` and `requirement_margin` (run, requirement: below 0 if not met); on `design_point`, nearest first, the
         `distance` (in standard deviations), the inputs there as `design_INPUT`, and on `stream` the `direction` whose
-        squares say how much each random number has to do with it. The attributes `runs_with_derivatives` and `notes` say
-        where design points were sought by exact gradients, and why not.
+        squares say how much each random number has to do with it. The attributes `runs_with_derivatives` and
+        `notes` say whether design points were sought by exact gradients, and why not.
 
     Raises
     ------

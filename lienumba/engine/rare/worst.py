@@ -1,4 +1,4 @@
-"""The worst that inputs within bounds can do to a requirement: differential evolution in batches of runs, then exact gradients."""
+"""The worst that inputs within bounds can do to a requirement: differential evolution, then exact gradients."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 WITHIN = 0.9973  # of each input: three standard deviations
 FEWEST = 40
-STARTS, APART = 4, 1.0  # points from which gradients lead on, and how far they are from each other (standard deviations)
-STEPS, FLAT = 30, 1e-10  # of such a search, and the change that ends it, relative to that over a standard deviation
+STARTS, APART = 4, 1.0  # points from which gradients lead on; standard deviations between them
+STEPS, FLAT = 30, 1e-10  # of such a search; the change that ends it, relative to the one over a standard deviation
 LARGEST = 1e150  # instead of an infinite margin
 
 
@@ -40,10 +40,11 @@ def worst(
 ) -> "xr.Dataset":
     """Search for the inputs within bounds with the smallest margin of a requirement.
 
-    By differential evolution (R. Storn, K. Price, Journal of Global Optimization 11 (1997) 341), a generation of runs
-    at a time. Where the margin has exact derivatives, it takes a quarter of the runs, and SciPy's SLSQP leads on from
-    up to four of its points. The bounds of each input are the quantiles between which so large a part of its samples lies, whatever
-    correlated ones are; what follows from others (a correlation of 1) does so here, too.
+    By differential evolution (R. Storn, K. Price, Journal of Global Optimization 11 (1997) 341), a generation of
+    runs at a time. Where the margin has exact derivatives, it takes a quarter of the runs, and SciPy's SLSQP leads
+    on from up to four of its points; it goes on as before where one of them is missing. The bounds of each input
+    are the quantiles between which so large a part of its samples lies, whatever correlated ones are; what follows
+    from others (a correlation of 1) does so here, too.
 
     Parameters
     ----------
@@ -93,22 +94,28 @@ def worst(
             found[within] = np.where(np.isnan(reached), -np.inf, reached)
             return found
 
-        of_all = runs if limit.differentiated is None else runs // 4
-        last = differential_evolution(
-            margins,
-            [(-edge, edge)] * limit.dimensions,
-            maxiter=max(of_all // size - 1, 1),
-            popsize=max(size // limit.dimensions, 1),
-            init="sobol",
-            updating="deferred",
-            vectorized=True,
-            polish=False,
-            tol=1e-8,
-            rng=np.random.default_rng(resolved.data.sweep.seed),
-        )
-        if limit.differentiated is not None:
+        def evolved(count: int, init: str | np.ndarray = "sobol") -> Any:
+            return differential_evolution(
+                margins,
+                [(-edge, edge)] * limit.dimensions,
+                maxiter=max(count // size - 1, 1),
+                popsize=max(size // limit.dimensions, 1),
+                init=init,
+                updating="deferred",
+                vectorized=True,
+                polish=False,
+                tol=1e-8,
+                rng=np.random.default_rng(resolved.data.sweep.seed),
+            )
+
+        if limit.differentiated is None:
+            evolved(runs)
+        else:
+            last = evolved(runs // 4)
             order = np.argsort(last.population_energies, kind="stable")
             _descend(limit, last.population[order], last.population_energies[order], following, edge)
+            if limit.missing:
+                evolved(runs - limit.count, last.population)
     variables = limit.kept()
     found = variables[MARGIN][1][:, 0]
     label = int(np.argmin(np.where(np.isnan(found), -np.inf, found)))

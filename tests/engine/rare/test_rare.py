@@ -74,6 +74,59 @@ def test_correlations_count() -> None:
     assert float(found.probability) == pytest.approx(PROBABILITY, rel=1e-6)
 
 
+def measured(far: float) -> dict[str, Any]:
+    """The same flight, of which exact derivatives are known."""
+    data = flight(far)
+    data["requirements"][0]["value"] = "max(x)"
+    return data
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_design_point_is_found_by_exact_gradients(workers: int) -> None:
+    """The limit is a plane: each start takes a run, and one at the design point. From the origin half of the step is
+    better than the whole one, and is found among five parts."""
+    found = lienumba.rare(measured(away(SPREAD)), method="form", workers=workers)
+    assert float(found.probability) == pytest.approx(PROBABILITY, rel=1e-9)
+    np.testing.assert_allclose(found.direction, [SLOPE * STD / SPREAD], atol=1e-9)
+    exact = 2 * (9 + 1) + 4  # nine starts, the opposite of the point; the origin
+    assert (found.sizes["run"], found.attrs["runs_with_derivatives"]) == (1 + exact + 5, exact)
+    assert found.attrs["notes"] == ""
+
+
+def test_lognormal_inputs_have_the_design_point_of_their_logarithms() -> None:
+    """x = v with log v normal passes its limit where its own number is so large: gradients go through distributions."""
+    data, far, scatter = measured(9.0), 4.0, 0.3
+    data["requirements"][0]["below"] = far + SLOPE[1:] @ MEAN[1:]
+    data["sweep"]["vary"] = {"bodies.b.velocity[0]": {"distribution": "lognormal", "median": 1.0, "sigma": scatter}}
+    found = lienumba.rare(data, method="form")
+    np.testing.assert_allclose(found.distance, [np.log(far) / scatter], rtol=1e-3)
+    assert found.attrs["runs_with_derivatives"] > 0
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.6, -1.0])
+def test_the_worst_is_found_to_rounding_by_exact_gradients(correlation: float) -> None:
+    """It is a corner of the box, or of what a correlation leaves of it."""
+    data = measured(away(SPREAD))
+    paths = [f"bodies.b.velocity[{n}]" for n in range(3)]
+    data["sweep"]["correlate"] = [{"paths": paths[:2], "matrix": [[1, correlation], [correlation, 1]]}]
+    found = lienumba.worst(data, runs=100)
+    edge = stats.norm.isf(0.5 * (1.0 - 0.9973))
+    signs = np.array([-1.0, 1.0, -1.0] if correlation == -1.0 else [1.0, 1.0, -1.0])
+    at = found.sel(run=int(found.worst))
+    np.testing.assert_allclose([at[path] for path in paths], MEAN + signs * edge * STD, rtol=1e-9)
+    assert found.sizes["run"] <= 60
+
+
+def test_without_derivatives_differences_lead_there() -> None:
+    """A measure with a condition has none, and a sentence says so."""
+    data = measured(away(SPREAD))
+    data["requirements"][0]["value"] = "max(x, t > 0.2)"
+    found = lienumba.rare(data, method="form")
+    assert float(found.probability) == pytest.approx(PROBABILITY, rel=1e-6)
+    assert found.attrs["runs_with_derivatives"] == 0
+    assert re.fullmatch('the margin has no exact derivatives: "near" is not made of values at .*', found.attrs["notes"])
+
+
 @pytest.mark.parametrize("search", [lienumba.rare, lienumba.worst], ids=lambda x: x.__name__)
 def test_noise_is_refused(search: Any) -> None:
     data = flight(9.0, noise=[{"name": "push", "type": "bias", "std": 0.8}])
