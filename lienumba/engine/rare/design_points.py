@@ -13,7 +13,7 @@ ITERATIONS = 40
 CLOSE = 1e-3  # to the limit, relative to the margin at the origin, or to where the point was
 APART = 1.0  # distances from which design points are different ones
 STARTS = 10
-PARTS = 0.5 ** np.arange(1.0, 6.0)  # of a step
+PARTS = np.ones(1), 0.5 ** np.arange(1.0, 6.0)  # of a step: all of it, and where that leads to nothing better
 
 
 def form(margins: Margins, dimensions: int, runs: int, seed: int, confidence: float) -> Estimate:
@@ -52,32 +52,32 @@ def design_points(margins: Margins, d: int, seed: int) -> tuple[np.ndarray, floa
 
 
 def _nearest(margins: Margins, z: np.ndarray, size: float) -> tuple[np.ndarray | None, int]:
-    """From a start to the nearest point of the limit, None if it is not found; and the runs that this took. Only a full
-    step that leads to nothing better is tried in parts."""
-    g, slope, taken = gradient(margins, z)
+    """From a start to the nearest point of the limit, None if it is not found; and the runs that this took."""
+    taken = 0
     for _ in range(ITERATIONS):
-        square = float(slope @ slope)
+        g, slope, count = gradient(margins, z)
+        square, taken = float(slope @ slope), taken + count
         if not (0.0 < square < inf and isfinite(g)):
-            break
+            return None, taken
         target = (slope @ z - g) / square * slope
         if abs(g) <= CLOSE * size and np.linalg.norm(target - z) <= CLOSE * max(float(np.linalg.norm(z)), 1.0):
             return z, taken
         weight = 2.0 * max(float(np.linalg.norm(z)), 1.0) / sqrt(square)
 
         def merit(x: np.ndarray, value: Any, weight: float = weight) -> Any:
-            return np.where(np.isfinite(value), 0.5 * (x * x).sum(axis=-1) + weight * abs(value), inf)
+            return 0.5 * (x * x).sum(axis=-1) + weight * abs(value)
 
-        before, (g, slope, count) = merit(z, g), gradient(margins, target)
-        taken += count
-        if merit(target, g) < before:
-            z = target
-            continue
-        tried = z + PARTS[:, None] * (target - z)
-        merits = np.append(merit(target, g), merit(tried, margins(tried)))
-        better = np.flatnonzero(merits < before)
-        z = np.vstack([target, tried])[better[0] if len(better) else int(np.argmin(merits))]
-        g, slope, count = gradient(margins, z)
-        taken += len(tried) + count
+        tried, merits = np.empty((0, len(z))), np.empty(0)
+        for parts in PARTS:
+            new = z + parts[:, None] * (target - z)
+            values = margins(new)
+            tried = np.vstack([tried, new])
+            merits = np.append(merits, np.where(np.isfinite(values), merit(new, values), inf))
+            better = np.flatnonzero(merits < merit(z, g))
+            if len(better):
+                break
+        taken += len(tried)
+        z = tried[better[0] if len(better) else int(np.argmin(merits))]
     return None, taken
 
 
