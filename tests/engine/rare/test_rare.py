@@ -11,6 +11,7 @@ from scipy import stats
 from typer.testing import CliRunner
 
 import lienumba
+from lienumba.engine.rare.limit import Limit
 from lienumba.engine.select_run import worst as worst_run
 from lienumba.scenario.base import toml
 from lienumba.store.layout import MARGIN
@@ -103,6 +104,19 @@ def test_lognormal_inputs_have_the_design_point_of_their_logarithms() -> None:
     assert found.attrs["runs_with_derivatives"] > 0
 
 
+def test_where_a_gradient_is_missing_the_search_for_the_worst_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(limit: Limit, z: np.ndarray) -> tuple[float, np.ndarray, int]:
+        limit.missing += 1
+        return float(limit(z[None])[0]), np.full(len(z), np.nan), 1
+
+    monkeypatch.setattr(Limit, "gradient", missing)
+    found = lienumba.worst(measured(away(SPREAD)), runs=800)
+    at = found.sel(run=int(found.worst))
+    corner = MEAN + np.sign(SLOPE) * 3.0 * STD
+    np.testing.assert_allclose([at[f"bodies.b.velocity[{n}]"] for n in range(3)], corner, atol=5e-3)
+    assert 600 < found.sizes["run"] <= 850
+
+
 @pytest.mark.parametrize("correlation", [0.0, 0.6, -1.0])
 def test_the_worst_is_found_to_rounding_by_exact_gradients(correlation: float) -> None:
     """It is a corner of the box, or of what a correlation leaves of it."""
@@ -115,6 +129,21 @@ def test_the_worst_is_found_to_rounding_by_exact_gradients(correlation: float) -
     at = found.sel(run=int(found.worst))
     np.testing.assert_allclose([at[path] for path in paths], MEAN + signs * edge * STD, rtol=1e-9)
     assert found.sizes["run"] <= 60
+
+
+def test_where_a_gradient_is_flagged_differences_lead_on() -> None:
+    """In the nominal run, from which the search starts, two events come at one time, and inputs would part them."""
+    data = measured(away(SPREAD))
+    data["parameters"] = {"push": 0.0}
+    data["model"]["forces"] = [{"name": "push", "type": "force", "body": "b", "value": ["push", 0, 0]}]
+    data["events"] = [
+        {"name": axis, "when": f"p.{axis} > {0.6 * mean}", "action": "set", "parameters": {"push": 0.0}, "once": True}
+        for axis, mean in zip("xy", MEAN[:2], strict=True)
+    ]
+    found = lienumba.rare(data, method="form")
+    assert float(found.probability) == pytest.approx(PROBABILITY, rel=1e-6)
+    exact = found.attrs["runs_with_derivatives"]
+    assert found.attrs["notes"] == f"the margin has no exact derivatives at 1 of {exact} points"
 
 
 def test_without_derivatives_differences_lead_there() -> None:
