@@ -21,16 +21,6 @@ def point(k: int) -> float:
 
 
 @inlined
-def fraction_of(k: int, low: Lanes, high: Lanes) -> Lanes:
-    """The same between two fractions of the step, whose ends are these to the bit."""
-    if k == 0:
-        return low
-    if k == 4:
-        return high
-    return low + point(k) * (high - low)
-
-
-@inlined
 def through(a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes) -> tuple[Lanes, Lanes, Lanes, Lanes]:
     """The polynomial through five values: the coefficients of s, s^2, s^3, s^4 beside c, for s from -1 to 1."""
     sums, inner_sums = 0.5 * (e + a) - c, (0.5 * (d + b) - c) / SQUARE
