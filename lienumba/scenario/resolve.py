@@ -342,14 +342,15 @@ def _resolved(raw: Keys, problems: list[Problem], file: Path | None, elsewhere: 
     if misshapen := broken(raw):
         raise ScenarioError(*problems, *misshapen)
     parameters, wrong = take(raw)
-    if wrong and not parameters.places:  # nothing else can be judged without them
-        raise ScenarioError(*problems, *wrong)
     found: list[Problem] = []
     data = None
     try:
         data = ScenarioData.model_validate(raw)
     except ValidationError as error:
         found += messages.problems(error, raw)
+    if wrong and not parameters.places:  # nothing but the kinds of what formulas read can be judged without them
+        kinds = (x for x in found if x.place.startswith("quantities.") and x.place.endswith(".type"))
+        raise ScenarioError(*problems, *kinds, *wrong)
     report = check_scenario(raw, data, parameters)
     problems += [*wrong, *map(parameters.explain, found + report.problems)]
     if problems or data is None:

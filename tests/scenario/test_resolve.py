@@ -217,3 +217,12 @@ def test_what_is_written_is_read_back(data: dict[str, Any]) -> None:
 def test_texts_of_several_lines_stay_what_they_are(text: str) -> None:
     data = {"title": text, "files": {"law.py": f"{text}\n{text}"}}
     assert tomllib.loads(toml.dumps(data)) == data
+
+
+def test_an_unknown_kind_of_quantity_is_named_before_what_reads_it() -> None:
+    data = example()
+    data["quantities"] = [{"name": "tip", "type": "pont", "body": data["model"]["bodies"][0]["name"]}]
+    data["measures"] = [{"name": "highest", "value": "max(tip.z)"}]
+    with pytest.raises(ScenarioError) as caught:
+        resolve(data)
+    assert [x.place for x in caught.value.problems] == ["quantities.tip.type", "measures.highest.value"]
