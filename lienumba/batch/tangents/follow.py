@@ -309,12 +309,14 @@ class Follower:
                 if not abs(ahead - margin) > 0.5 * margin or not start < place + ahead - 2.0 * margin < end:
                     break
                 place += ahead - margin
-            if not start < place + ahead < end:  # by rounding, or where the comparison itself has no slope
+            behind = min(place + ahead, end)
+            late = place + ahead > end + 2.0 * margin or (behind == end and causes)
+            if late or not start < behind:  # by rounding, or where the comparison itself has no slope
                 self.found.flags |= changes.GRAZING if crossing.leaps else 0
                 continue
             self._step(start, place - margin, 0.0, ())
-            self.point.x[0] += (ahead + margin) * along[:, None]
-            start = place + ahead
+            self.point.x[0] += (behind - place + margin) * along[:, None]
+            self.point.t = start = behind
             if crossing.leaps:
                 self.found.flags |= 0 if np.isfinite(moves).all() else changes.GRAZING
                 self.point.moves = moves
