@@ -38,7 +38,8 @@ from lienumba.integrators.layout import (
 
 AT_REST = 1e-9  # of the largest speed in an impact: what is no faster has been stopped
 SAME = 1e-6  # relative difference of two tangents of a time, or of two coefficients, that say the same
-GRAZES = 1e-4  # of the usual rate of a condition in a run: where it comes true more slowly, it grazes
+LOCATED = 1e-15  # of the size of a condition, to which it is 0 at the time that a run has located
+GRAZES = 1e-6  # relative error of a rate by that, above which the condition grazes
 SIMULTANEOUS, GRAZING, REDUCED, MISSING, TOUCHED = 1, 2, 4, 8, 16  # flags: see `FLAGS`
 FLAGS = {
     SIMULTANEOUS: "conditions come true at one time, and inputs would part them: the derivative holds for this order",
@@ -71,14 +72,19 @@ def cause(marcher: Marcher, point: Point, along: np.ndarray, condition: int) -> 
         return Cause(-held / rate, rate)
 
 
-def usual_rates(marcher: Marcher, states: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """How fast conditions change on average between these states (times, rows) of a run (1/s)."""
-    rows, none = layout.event_rows(marcher.machine.sizes), np.zeros((states.shape[1], W))
-    lanes = (np.repeat(x[:, None], W, axis=1) for x in states)
-    points = (Point(np.stack([x, none]), float(t)) for x, t in zip(lanes, times, strict=True))
-    values = np.array([marcher.evaluate(layout.EVENTS, point, rows)[0, :, 0] for point in points])
-    rates: np.ndarray = np.ptp(values, axis=0) / np.ptp(times)
-    return rates
+def value(marcher: Marcher, point: Point, condition: int) -> float:
+    """How far a condition is true at a point, 0 where it becomes true."""
+    return float(marcher.evaluate(layout.EVENTS, point, layout.event_rows(marcher.machine.sizes))[0, condition, 0])
+
+
+def grazes(marcher: Marcher, begin: Point, end: Point, condition: int, rate: float, size: float) -> bool:
+    """Whether a condition comes true at the end of a step so slowly that its time has no derivative: the rate is known
+    at a time that is known to roundoff. size: the largest that the condition has been before."""
+    h, before, after = end.t - begin.t, *(value(marcher, x, condition) for x in (begin, end))
+    if h <= 0.0 or not np.isfinite(rate):
+        return False
+    bend = 2.0 * abs(before - after + rate * h) / h**2
+    return bend * LOCATED * max(size, abs(before)) > GRAZES * rate**2
 
 
 def act(marcher: Marcher, point: Point, plan: Plan, event: int) -> None:

@@ -6,8 +6,7 @@ of steps is read off a step of the same method that ends there.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -36,7 +35,6 @@ AT_END = 1e-10  # of the time of a change: what is seen so near to it is seen at
 MARGIN = 1e-6  # of a step: so far before a bend of forces it ends, and behind it goes on,
 ROUNDED = 4.0  # and at least so many roundings of the time
 REFINEMENTS = 8  # of the place of a bend
-USUAL = 16  # states of a run by which the usual rates of conditions are known
 REST = 1e-4  # of a step that ends with a change: its last part, in which a body may come to rest
 
 
@@ -91,7 +89,7 @@ class Trodden(NamedTuple):
 class Follower:
     """Follows a run with one pack of inputs. outputs: their times, of which the next one is at `place`; looks: others,
     in their order; signals: which one each `SIGNAL` is about; holds: whether something has been turned on that is yet
-    to be stopped, though it may have been at rest."""
+    to be stopped, though it may have been at rest; sizes: of conditions at the start."""
 
     marcher: Marcher
     point: Point
@@ -102,6 +100,10 @@ class Follower:
     signals: Sequence[int]
     place: int = 0
     holds: bool = False
+    sizes: dict[int, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.start = self.point.copy()
 
     def follow(self) -> Found:
         """All that it went through."""
@@ -348,7 +350,7 @@ class Follower:
     def _reach(self, times: np.ndarray, causes: Sequence[int]) -> None:
         """A step to where conditions come true; the time of the first one is the end of the step. Its last part is made
         apart: where a body comes to rest, the direction of its friction is unknown to the last stages."""
-        begin, end = times[:2, 0]
+        begin, end, before_it = times[0, 0], times[1, 0], self.point.copy()
         before = end - REST * (end - begin)
         if begin < before < end:
             self.marcher.march(self.point, np.array([[begin], [before], [before - begin]]))
@@ -362,7 +364,7 @@ class Follower:
             first = changes.Cause(np.zeros(len(there.moves)) if moves is None else moves, np.inf)
         else:
             first = known[causes[0]]
-            if self._grazes(causes[0], first.rate):
+            if self._grazes(before_it, there, causes[0], first.rate):
                 first = known[causes[0]] = first._replace(tangents=np.full_like(first.tangents, np.nan))
         if not np.isfinite(first.tangents).all():
             self.found.flags |= changes.GRAZING
@@ -380,19 +382,11 @@ class Follower:
                 later.insert(0, look)
         self.looks = later
 
-    def _grazes(self, condition: int, rate: float) -> bool:
+    def _grazes(self, begin: Point, end: Point, condition: int, rate: float) -> bool:
         """Whether a condition comes true so slowly that its time has no derivative."""
-        return abs(rate) < changes.GRAZES * self._usual_rates[condition]
-
-    @cached_property
-    def _usual_rates(self) -> np.ndarray:
-        """Of all conditions, by states of the whole run."""
-        states = self.run.entries[:, HEAD : HEAD + self.marcher.rows]
-        known = np.flatnonzero((self.run.entries[:, 0] == STEPS) & ~np.isnan(states).any(axis=1))
-        chosen = known[np.linspace(0, len(known) - 1, USUAL).astype(int)] if len(known) > 1 else known
-        if len(chosen) < 2:
-            return np.zeros(layout.event_rows(self.marcher.machine.sizes))
-        return changes.usual_rates(self.marcher, states[chosen], self.run.entries[chosen, 2])
+        if condition not in self.sizes:
+            self.sizes[condition] = abs(changes.value(self.marcher, self.start, condition))
+        return changes.grazes(self.marcher, begin, end, condition, rate, self.sizes[condition])
 
     def _along(self, times: np.ndarray, there: Point) -> np.ndarray:
         """How the state at the end of a step changes with the length of the step (rows,)."""
@@ -412,7 +406,7 @@ class Follower:
         """An event at which nothing changes; one that holds from the start on stays there."""
         if part[2, 0] > 0.0:
             moves, rate = changes.cause(self.marcher, there, self._along(part, there), look.number)
-            if self._grazes(look.number, rate):
+            if self._grazes(self.point, there, look.number, rate):
                 self.found.flags |= changes.TOUCHED
                 moves = np.full_like(moves, np.nan)
             self.found.times[look.number], self.found.rates[look.number] = moves, rate

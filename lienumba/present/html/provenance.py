@@ -47,9 +47,9 @@ def recomputed(found: Sequence[Recomputed] | str) -> Section:
         more = [f"{len(reasons) - MOST_REASONS} more"] if len(reasons) > MOST_REASONS else []
         why = element("ul", *(element("li", sentence(text)) for text in [*reasons[:MOST_REASONS], *more]))
         return section("recomputed", title, element("p", sentence(f"{ENGINE} does not recompute this dataset")), why)
-    agreeing = sum(x.comparable and not x.differs for x in found)
-    runs = plural(len(found), "recomputed run agrees", "recomputed runs agree")
-    whole = f"{agreeing} of {runs} from start to end with the stored numbers, by {ENGINE}"
+    differing, open_ = sum(x.differs for x in found), sum(not x.comparable for x in found)
+    counts = f"{len(found) - differing - open_} agree, {differing} differ, {open_} without a verdict"
+    whole = f"{plural(len(found), 'run', 'runs')} recomputed by {ENGINE} from start to end: {counts}"
     rows = [
         (str(x.run), x.verdict, x.worst.name, "" if np.isnan(x.worst.time) else f"{x.worst.time:g} s",
          f"{number(x.worst.size, 2)} {unit_label(x.worst.units)}", number(x.worst.relative, 2), number(x.tolerance, 2),
@@ -64,7 +64,11 @@ def recomputed(found: Sequence[Recomputed] | str) -> Section:
 def doubts(found: Sequence[Recomputed] | str) -> list[str]:
     """A sentence where runs differ from those of the other engine."""
     labels = [] if isinstance(found, str) else [str(x.run) for x in found if x.differs]
-    return [f"{ENGINE} gives other numbers for run {', '.join(labels)}; see below what differs"] if labels else []
+    return (
+        [f"{ENGINE} gives other numbers for run {', '.join(labels)}; the section of recomputed runs has what differs"]
+        if labels
+        else []
+    )
 
 
 def _inputs(ds: xr.Dataset, data: Tables) -> Iterator[Markup]:

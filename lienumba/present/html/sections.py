@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from lienumba.analysis.weights import as_drawn
-from lienumba.errors import ScenarioError
+from lienumba.errors import ResultWarning, ScenarioError
 from lienumba.present.html import (
     changes,
     chart,
@@ -49,6 +50,8 @@ def sections_of(
     told = modes.headline(ds) if is_modes(ds) else None
     checked = _recomputed(ds, name, allow_code, tell, check) if check else ""
     found += [recomputed(checked)] if check else []
+    for doubt in doubts(checked):
+        warnings.warn(f"{name}: {doubt}", ResultWarning, stacklevel=2)
     return header(ds, told, doubts(checked)), [*found, provenance(ds, name, check)], extra
 
 

@@ -86,6 +86,18 @@ def test_an_event_that_grazes_its_condition_is_flagged(action: str, flag: int) -
     assert 0.0 < abs(float(ds.event_rate[0])) < 1e-4
 
 
+@pytest.mark.parametrize("end_time", [1.0, 100.0])
+def test_a_slow_beginning_is_not_grazing(end_time: float) -> None:
+    """A pendulum let go, whose first motion is slow: t = sqrt(2 angle/(G/L sin(1.2))) nearly."""
+    data = pendulum()
+    data["events"] = [{"name": "off", "when": "pivot.angle < 1.2 - 1e-5"}]
+    ds = derivatives(
+        data | {"integrator": data["integrator"] | {"end_time": end_time}}, ["event_time"], {"gravity[2]": -G}
+    )
+    assert int(ds.sensitivity_flags) == 0
+    assert float(ds.d_event_time.squeeze()) == pytest.approx(float(ds.event_time.squeeze()) / (2.0 * G), rel=1e-5)
+
+
 # ---------------------------------------------------------------- refused
 @pytest.mark.parametrize(
     ("of", "rule"),
