@@ -151,7 +151,9 @@ def test_another_sweep_is_refused(finished: bool, tmp_path: Path, monkeypatch: p
         assert message in str(refused.value)
         assert "\n" not in str(refused.value)
     monkeypatch.setattr("lienumba.engine.disk.resume.__version__", "9.9")
-    with pytest.raises(ScenarioError, match=r"was begun by lienumba 0\.1\.0, but this is 9\.9, whose results"):
+    with pytest.raises(
+        ScenarioError, match=f"begun by lienumba {lienumba.__version__}, but this is 9.9, whose results"
+    ):
         lienumba.run(data, output=target, resume=True)
 
 
