@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 NOT_OF_A_NAME = (*RUN, FULL, "time")  # dimensions
 SHOW = "show"  # the attribute of a dataset with the names of `output.show`
 STATUS, START_STATE = "status", "start_state"  # the latter has no names: a replay alone reads it
-BY, RATE, FLAGS = "input", "event_rate", "sensitivity_flags"  # the dimension of derivatives, and what is told of them
+BY, RATE, FLAGS = "input", "event_rate", "sensitivity_flags"  # of derivatives: their dimension, rates, flags
 LAST, AT_EVENTS = "last_", "event_"  # of the names of what each run has once, or once for each event
 
 # Kinds of names, as messages call them.

@@ -38,15 +38,15 @@ from lienumba.integrators.layout import (
 
 AT_REST = 1e-9  # of the largest speed in an impact: what is no faster has been stopped
 SAME = 1e-6  # relative difference of two tangents of a time, or of two coefficients, that say the same
-LOCATED = 1e-15  # of the size of a condition, to which it is 0 at the time that a run has located
-GRAZES = 1e-6  # relative error of a rate by that, above which the condition grazes
+LOCATED = 1e-15  # error of a located zero crossing, relative to the size of the guard function
+GRAZES = 1e-6  # relative error of the rate there, above which the crossing is grazing
 SIMULTANEOUS, GRAZING, REDUCED, MISSING, TOUCHED = 1, 2, 4, 8, 16  # flags: see `FLAGS`
 FLAGS = {
-    SIMULTANEOUS: "conditions come true at one time, and inputs would part them: the derivative holds for this order",
-    GRAZING: "a condition comes true almost without changing: its time has no derivative",
+    SIMULTANEOUS: "several events happen at one time, and inputs move them apart: the derivative is one-sided",
+    GRAZING: "an event grazes its condition: its time has no derivative, nor has what follows",
     REDUCED: "impulses in which friction of a joint slides, or the rebound was reduced, have no derivative",
     MISSING: "the run failed, or no run begins where its inputs differ a little",
-    TOUCHED: "an event that changes nothing comes true almost without changing: its time has no derivative",
+    TOUCHED: "an event that only records grazes its condition: its time has no derivative",
 }
 FATAL = GRAZING | REDUCED  # behind which nothing is known
 
@@ -73,18 +73,18 @@ def cause(marcher: Marcher, point: Point, along: np.ndarray, condition: int) -> 
 
 
 def value(marcher: Marcher, point: Point, condition: int) -> float:
-    """How far a condition is true at a point, 0 where it becomes true."""
+    """The guard function of a condition at a point: above 0 where the condition is true."""
     return float(marcher.evaluate(layout.EVENTS, point, layout.event_rows(marcher.machine.sizes))[0, condition, 0])
 
 
 def grazes(marcher: Marcher, begin: Point, end: Point, condition: int, rate: float, size: float) -> bool:
-    """Whether a condition comes true at the end of a step so slowly that its time has no derivative: the rate is known
-    at a time that is known to roundoff. size: the largest that the condition has been before."""
+    """Whether the guard function grazes 0 at the end of a step: roundoff in the time of the crossing changes the rate.
+    size: of the guard function at the start of the run; its curvature is the mean one over the step."""
     h, before, after = end.t - begin.t, *(value(marcher, x, condition) for x in (begin, end))
     if h <= 0.0 or not np.isfinite(rate):
         return False
-    bend = 2.0 * abs(before - after + rate * h) / h**2
-    return bend * LOCATED * max(size, abs(before)) > GRAZES * rate**2
+    curvature = 2.0 * abs(before - after + rate * h) / h**2
+    return curvature * LOCATED * max(size, abs(before)) > GRAZES * rate**2
 
 
 def act(marcher: Marcher, point: Point, plan: Plan, event: int) -> None:

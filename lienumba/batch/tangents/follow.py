@@ -6,7 +6,7 @@ of steps is read off a step of the same method that ends there.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -89,7 +89,7 @@ class Trodden(NamedTuple):
 class Follower:
     """Follows a run with one pack of inputs. outputs: their times, of which the next one is at `place`; looks: others,
     in their order; signals: which one each `SIGNAL` is about; holds: whether something has been turned on that is yet
-    to be stopped, though it may have been at rest; sizes: of conditions at the start."""
+    to be stopped, though it may have been at rest."""
 
     marcher: Marcher
     point: Point
@@ -100,7 +100,6 @@ class Follower:
     signals: Sequence[int]
     place: int = 0
     holds: bool = False
-    sizes: dict[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.start = self.point.copy()
@@ -143,8 +142,8 @@ class Follower:
         return self.found
 
     def _causes(self, n: int) -> list[int]:
-        """The conditions that come true at the end of a step, and change something or end the run there; behind them
-        those of other contacts that close by this change."""
+        """The conditions that become true at the end of a step, where a change follows or the run ends. Those of other
+        contacts that close in this change come last."""
         entries, end = self.run.entries, self.run.entries[n, 2]
         change = _behind(entries, n)
         found = [int(x[2]) for x in change if x[0] == CAUSES]
@@ -156,8 +155,8 @@ class Follower:
         return found
 
     def _closed_by(self, change: Sequence[np.ndarray]) -> Iterator[int]:
-        """The conditions of contacts that are open and take part in a change: of all that close at one time the run
-        has noted the first one alone."""
+        """The conditions of open contacts that take part in a change: of those that close at one time, the trail has
+        the first one alone."""
         sizes, switches = self.marcher.machine.sizes, self.run.plan.switches
         on = layout.on_row(sizes)
         for s, switch in enumerate(switches):
@@ -313,7 +312,7 @@ class Follower:
                 place += ahead - margin
             behind = min(place + ahead, end)
             late = place + ahead > end + 2.0 * margin or (behind == end and causes)
-            if late or not start < behind:  # by rounding, or where the comparison itself has no slope
+            if late or not start < behind:  # by roundoff, or since the guard function has no slope
                 self.found.flags |= changes.GRAZING if crossing.leaps else 0
                 continue
             self._step(start, place - margin, 0.0, ())
@@ -383,10 +382,9 @@ class Follower:
         self.looks = later
 
     def _grazes(self, begin: Point, end: Point, condition: int, rate: float) -> bool:
-        """Whether a condition comes true so slowly that its time has no derivative."""
-        if condition not in self.sizes:
-            self.sizes[condition] = abs(changes.value(self.marcher, self.start, condition))
-        return changes.grazes(self.marcher, begin, end, condition, rate, self.sizes[condition])
+        """Whether the crossing at the end of a step is grazing."""
+        size = abs(changes.value(self.marcher, self.start, condition))
+        return changes.grazes(self.marcher, begin, end, condition, rate, size)
 
     def _along(self, times: np.ndarray, there: Point) -> np.ndarray:
         """How the state at the end of a step changes with the length of the step (rows,)."""
